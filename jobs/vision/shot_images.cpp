@@ -1,0 +1,42 @@
+#include "jobs/vision/shot_images.h"
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "schema/base/error.h"
+
+namespace vantage {
+
+ShotImages::ShotImages(const JobContext& context) : context_(context), calibration_(read_calibration(context.input("calibrate"))) {
+  if (context.has_input("align")) clocks_ = read_clocks(context.input("align"));
+}
+
+const FrameTable& ShotImages::table(const std::string& camera) {
+  auto found = tables_.find(camera);
+  if (found == tables_.end()) found = tables_.emplace(camera, read_frame_table(context_.input("ingest/" + camera))).first;
+  return found->second;
+}
+
+cv::Mat ShotImages::bgr(const ImageId& image) {
+  auto found = undistorters_.find(image.camera);
+  if (found == undistorters_.end()) found = undistorters_.emplace(image.camera, Undistorter(calibration_.camera(image.camera))).first;
+  return found->second.apply(read_picture(frame_path(context_.input("ingest/" + image.camera), image.frame)));
+}
+
+double ShotImages::time_s(const ImageId& image) {
+  const CameraClock* clock = clocks_.find(image.camera);
+  check(clock != nullptr, "only images of cameras with a clock are asked for their time: " + image.label());
+  return clock->shot_time_s(table(image.camera).pts_s.at(static_cast<std::size_t>(image.frame)));
+}
+
+cv::Mat read_picture(const std::filesystem::path& path) {
+  cv::Mat picture = cv::imread(path.string(), cv::IMREAD_COLOR);
+  if (picture.empty()) throw Error(ErrorKind::Transient, path.string() + ": cannot read the picture");
+  return picture;
+}
+
+void write_picture(const std::filesystem::path& path, const cv::Mat& picture) {
+  if (!cv::imwrite(path.string(), picture, {cv::IMWRITE_PNG_COMPRESSION, 1, cv::IMWRITE_JPEG_QUALITY, 90}))
+    throw Error(ErrorKind::Resource, path.string() + ": cannot write the picture");
+}
+
+}  // namespace vantage

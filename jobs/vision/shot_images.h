@@ -1,0 +1,40 @@
+#pragma once
+#include <map>
+#include <opencv2/core.hpp>
+
+#include "jobs/job_context.h"
+#include "jobs/vision/undistort.h"
+#include "schema/formats/calibration.h"
+#include "schema/formats/clocks.h"
+#include "schema/formats/frame_table.h"
+
+namespace vantage {
+
+/// A job's view of the shot's pictures: undistorted, with pose and shot time. Needs the inputs "calibrate" and, for
+/// pictures and times, "ingest/<camera>" of the cameras it is asked about; "align" for times.
+class ShotImages {
+ public:
+  explicit ShotImages(const JobContext& context);
+  const Calibration& calibration() const { return calibration_; }
+  const Pinhole& pinhole(const ImageId& image) const { return calibration_.camera(image.camera).pinhole; }
+  const RigidTransform& cam_from_world(const ImageId& image) const { return calibration_.pose(image); }
+  /// Undistorted, 8-bit BGR. Read anew every time: keep it.
+  cv::Mat bgr(const ImageId& image);
+  double time_s(const ImageId& image);
+
+ private:
+  const FrameTable& table(const std::string& camera);
+
+  const JobContext& context_;
+  Calibration calibration_;
+  Clocks clocks_;
+  std::map<std::string, FrameTable> tables_;
+  std::map<std::string, Undistorter> undistorters_;
+};
+
+/// A picture file as 8-bit BGR. Throws Error(Transient) when it cannot be read.
+cv::Mat read_picture(const std::filesystem::path& path);
+/// 8-bit PNG, or JPEG by the file's suffix. Throws Error(Resource).
+void write_picture(const std::filesystem::path& path, const cv::Mat& picture);
+
+}  // namespace vantage
