@@ -5,7 +5,9 @@ namespace {
 
 /// A kind may say more about the shot than its own table's types and ranges: static void check(const Shot&).
 template <class Job>
-concept ChecksShot = requires(const Shot& shot) { Job::check(shot); };
+concept ChecksShot = requires(const Shot& shot) {
+  Job::check(shot);
+};
 
 template <class Job>
 KindEntry entry_of() {

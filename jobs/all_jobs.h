@@ -7,25 +7,26 @@
 #include "jobs/encode/encode_job.h"
 #include "jobs/fuse/fuse_job.h"
 #include "jobs/ingest/ingest_job.h"
+#include "jobs/job_kind.h"
 #include "jobs/navspace/navspace_job.h"
 #include "jobs/reconstruct/reconstruct_job.h"
 #include "jobs/render/render_job.h"
 #include "jobs/sync/sync_job.h"
 #include "jobs/track/track_job.h"
-#include "jobs/job_kind.h"
 
 namespace vantage {
 
 template <class... Jobs>
 struct JobList {};
 
-using AllJobs = JobList<IngestJob, CalibrateJob, TrackJob, SyncJob, AlignJob, NavspaceJob, CorrespondJob, DepthJob, RenderJob, EncodeJob, ReconstructJob, FuseJob>;
+using AllJobs = JobList<IngestJob, CalibrateJob, TrackJob, SyncJob, AlignJob, NavspaceJob, CorrespondJob, DepthJob,
+                        RenderJob, EncodeJob, ReconstructJob, FuseJob>;
 
 /// What the scheduler and the command line know of a kind.
 struct KindEntry {
   KindSpec spec;
   std::function<std::vector<WorkUnit>(const ShotState&)> split;
-  std::function<void(const Shot&)> check;        ///< throws Error(BadInput) for bad options of this kind
+  std::function<void(const Shot&)> check;  ///< throws Error(BadInput) for bad options of this kind
   std::function<std::vector<ParamDoc>()> params;
 };
 

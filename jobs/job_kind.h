@@ -37,16 +37,16 @@ struct OutLink {
 
 /// A file from outside the farm that a job reads; its content is part of the job's key.
 struct Source {
-  std::string name;               ///< what run() asks for: JobContext::source(name)
-  std::filesystem::path path;     ///< absolute
+  std::string name;            ///< what run() asks for: JobContext::source(name)
+  std::filesystem::path path;  ///< absolute
 };
 
 /// One job to be: everything that its key is made of, but the contents of its inputs.
 struct WorkUnit {
-  std::string name;               ///< unique in the shot, "<kind>/<what>", e.g. "correspond/cam0-000003__cam1-000004"
-  Json params = Json::object();   ///< the kind's Params, only those that matter
-  Json unit = Json::object();     ///< which camera, frame, edge…: what tells this job from its siblings
-  std::vector<std::string> needs; ///< names of jobs whose artifacts it reads
+  std::string name;                ///< unique in the shot, "<kind>/<what>", e.g. "correspond/cam0-000003__cam1-000004"
+  Json params = Json::object();    ///< the kind's Params, only those that matter
+  Json unit = Json::object();      ///< which camera, frame, edge…: what tells this job from its siblings
+  std::vector<std::string> needs;  ///< names of jobs whose artifacts it reads
   std::vector<Source> sources;
   std::vector<OutLink> links;
   Need need;

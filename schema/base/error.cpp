@@ -28,7 +28,8 @@ ErrorKind error_kind_from(std::string_view word) {
 
 void check(bool cond, std::string_view why_it_must_hold, std::source_location where) {
   if (!cond)
-    throw Error(ErrorKind::Bug, fmt::format("{}:{}: broken assumption: {}", where.file_name(), where.line(), why_it_must_hold));
+    throw Error(ErrorKind::Bug,
+                fmt::format("{}:{}: broken assumption: {}", where.file_name(), where.line(), why_it_must_hold));
 }
 
 }  // namespace vantage

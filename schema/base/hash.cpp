@@ -45,8 +45,9 @@ std::string hmac_sha256_128(std::string_view key, std::string_view message) {
   std::array<unsigned char, EVP_MAX_MD_SIZE> mac{};
   unsigned int size = 0;
   const auto* bytes = reinterpret_cast<const unsigned char*>(message.data());
-  check(HMAC(EVP_sha256(), key.data(), static_cast<int>(key.size()), bytes, message.size(), mac.data(), &size) != nullptr,
-        "HMAC-SHA256 is available");
+  check(
+      HMAC(EVP_sha256(), key.data(), static_cast<int>(key.size()), bytes, message.size(), mac.data(), &size) != nullptr,
+      "HMAC-SHA256 is available");
   return {reinterpret_cast<const char*>(mac.data()), 16};
 }
 

@@ -51,14 +51,17 @@ std::map<int, LensModel> read_lenses(const fs::path& file) {
     std::istringstream words(line);
     int id = 0;
     LensModel lens;
-    if (!(words >> id >> lens.model >> lens.width >> lens.height)) lines.fail_here("expected: CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]");
+    if (!(words >> id >> lens.model >> lens.width >> lens.height))
+      lines.fail_here("expected: CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]");
     for (double p = 0; words >> p;) lens.params.push_back(p);
     const auto known = kLensParams.find(lens.model);
     if (known == kLensParams.end())
-      lines.fail_here(fmt::format("camera model {} is not supported; use PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV or FULL_OPENCV", lens.model));
+      lines.fail_here(fmt::format(
+          "camera model {} is not supported; use PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV or FULL_OPENCV", lens.model));
     if (lens.params.size() != known->second)
       lines.fail_here(fmt::format("{} has {} parameters, expected {}", lens.model, lens.params.size(), known->second));
-    if (lens.width <= 0 || lens.height <= 0 || !(lens.params[0] > 0)) lines.fail_here("width, height and focal length must be above 0");
+    if (lens.width <= 0 || lens.height <= 0 || !(lens.params[0] > 0))
+      lines.fail_here("width, height and focal length must be above 0");
     lenses[id] = std::move(lens);
   }
   return lenses;
@@ -76,8 +79,10 @@ bool has_no_distortion(const LensModel& lens) { return lens.model == "PINHOLE" |
 ImageId image_of_name(const std::string& name, const Lines& lines) {
   const std::size_t slash = name.rfind('/');
   const std::size_t dot = name.rfind('.');
-  if (slash == std::string::npos || slash == 0) lines.fail_here(fmt::format("image name '{}': expected <camera>/<frame>.png", name));
-  const std::string frame = name.substr(slash + 1, (dot == std::string::npos || dot < slash ? name.size() : dot) - slash - 1);
+  if (slash == std::string::npos || slash == 0)
+    lines.fail_here(fmt::format("image name '{}': expected <camera>/<frame>.png", name));
+  const std::string frame =
+      name.substr(slash + 1, (dot == std::string::npos || dot < slash ? name.size() : dot) - slash - 1);
   const auto id = ImageId::parse(name.substr(0, slash) + "-" + frame);
   if (!id) lines.fail_here(fmt::format("image name '{}': '{}' is no frame number", name, frame));
   return *id;
@@ -96,13 +101,15 @@ void read_images(const fs::path& file, const std::map<int, LensModel>& lenses, C
     std::string name;
     if (!(words >> image_id >> w >> x >> y >> z >> pose.t.x() >> pose.t.y() >> pose.t.z() >> camera_id >> name))
       lines.fail_here("expected: IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME");
-    if (!lenses.contains(camera_id)) lines.fail_here(fmt::format("image '{}' names camera {}, which cameras.txt lacks", name, camera_id));
+    if (!lenses.contains(camera_id))
+      lines.fail_here(fmt::format("image '{}' names camera {}, which cameras.txt lacks", name, camera_id));
     const Eigen::Quaterniond q(w, x, y, z);
     if (!(q.norm() > 1e-6)) lines.fail_here(fmt::format("image '{}' has no rotation", name));
     pose.R = q.normalized().toRotationMatrix();
     const ImageId id = image_of_name(name, lines);
     const auto [entry, fresh] = owner.try_emplace(camera_id, id.camera);
-    if (!fresh && entry->second != id.camera && out.cameras.contains(id.camera) && out.cameras[id.camera].id != camera_id)
+    if (!fresh && entry->second != id.camera && out.cameras.contains(id.camera) &&
+        out.cameras[id.camera].id != camera_id)
       lines.fail_here(fmt::format("camera '{}' has images with two CAMERA_IDs", id.camera));
     CameraModel& camera = out.cameras[id.camera];
     camera.name = id.camera;
@@ -122,7 +129,8 @@ void read_points(const fs::path& file, const std::map<int, ImageId>& image_ids, 
     std::istringstream words(line);
     SparsePoint p;
     std::int64_t id = 0;
-    if (!(words >> id >> p.position.x() >> p.position.y() >> p.position.z() >> p.rgb.x() >> p.rgb.y() >> p.rgb.z() >> p.error_px))
+    if (!(words >> id >> p.position.x() >> p.position.y() >> p.position.z() >> p.rgb.x() >> p.rgb.y() >> p.rgb.z() >>
+          p.error_px))
       lines.fail_here("expected: POINT3D_ID X Y Z R G B ERROR TRACK[]");
     for (int image = 0, feature = 0; words >> image >> feature;)
       if (const auto found = image_ids.find(image); found != image_ids.end()) p.seen_in.push_back(found->second);
@@ -149,7 +157,8 @@ const RigidTransform& Calibration::pose(const ImageId& image) const {
 }
 
 Calibration read_calibration(const fs::path& folder) {
-  if (!fs::is_directory(folder)) throw Error(ErrorKind::BadInput, fmt::format("{}: no such calibration folder", folder.string()));
+  if (!fs::is_directory(folder))
+    throw Error(ErrorKind::BadInput, fmt::format("{}: no such calibration folder", folder.string()));
   Calibration out;
   const auto lenses = read_lenses(folder / "cameras.txt");
   std::map<int, ImageId> image_ids;
@@ -160,8 +169,10 @@ Calibration read_calibration(const fs::path& folder) {
   for (auto& [name, camera] : out.cameras) {
     const LensModel& lens = lenses.at(camera.id);
     camera.pinhole = pinhole_of(lens);
-    if (const auto found = filmed.find(camera.id); found != filmed.end()) camera.filmed = found->second;
-    else if (!has_no_distortion(lens)) camera.filmed = lens;
+    if (const auto found = filmed.find(camera.id); found != filmed.end())
+      camera.filmed = found->second;
+    else if (!has_no_distortion(lens))
+      camera.filmed = lens;
   }
   return out;
 }
@@ -181,16 +192,18 @@ void write_calibration(const fs::path& folder, const Calibration& calibration) {
     const int number = static_cast<int>(image_ids.size()) + 1;
     image_ids[id] = number;
     const Eigen::Quaterniond q(pose.R);
-    images += fmt::format("{} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {} {}/{:06d}.png\n\n", number, q.w(), q.x(),
-                          q.y(), q.z(), pose.t.x(), pose.t.y(), pose.t.z(), calibration.camera(id.camera).id, id.camera, id.frame);
+    images += fmt::format("{} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {} {}/{:06d}.png\n\n", number,
+                          q.w(), q.x(), q.y(), q.z(), pose.t.x(), pose.t.y(), pose.t.z(),
+                          calibration.camera(id.camera).id, id.camera, id.frame);
   }
   std::string points = "# POINT3D_ID X Y Z R G B ERROR TRACK[] as (IMAGE_ID, POINT2D_IDX)\n";
   int point_id = 0;
   for (const auto& p : calibration.points) {
-    points += fmt::format("{} {:.17g} {:.17g} {:.17g} {} {} {} {:.6g}", ++point_id, p.position.x(), p.position.y(), p.position.z(),
-                          p.rgb.x(), p.rgb.y(), p.rgb.z(), p.error_px);
+    points += fmt::format("{} {:.17g} {:.17g} {:.17g} {} {} {} {:.6g}", ++point_id, p.position.x(), p.position.y(),
+                          p.position.z(), p.rgb.x(), p.rgb.y(), p.rgb.z(), p.error_px);
     for (const auto& image : p.seen_in)
-      if (const auto found = image_ids.find(image); found != image_ids.end()) points += fmt::format(" {} 0", found->second);
+      if (const auto found = image_ids.find(image); found != image_ids.end())
+        points += fmt::format(" {} 0", found->second);
     points += '\n';
   }
   fs::create_directories(folder);

@@ -7,7 +7,8 @@
 
 namespace vantage {
 
-/// One picture of the shot. frame: 0-based index in the footage, in order of presentation (video) or file name (stills).
+/// One picture of the shot. frame: 0-based index in the footage, in order of presentation (video) or file name
+/// (stills).
 struct ImageId {
   std::string camera;
   int frame = 0;
@@ -48,10 +49,11 @@ struct LensModel {
   std::vector<double> params;
 };
 
-/// One physical camera: the pinhole of its undistorted images and, where these differ from the footage's pixels, the lens.
+/// One physical camera: the pinhole of its undistorted images and, where these differ from the footage's pixels, the
+/// lens.
 struct CameraModel {
   std::string name;
-  int id = 0;                       ///< COLMAP's CAMERA_ID
+  int id = 0;  ///< COLMAP's CAMERA_ID
   Pinhole pinhole;
   std::optional<LensModel> filmed;  ///< empty: footage pixels are undistorted pixels
 };

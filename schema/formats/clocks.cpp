@@ -13,7 +13,8 @@ const CameraClock* Clocks::find(const std::string& camera) const {
 Clocks read_clocks(const std::filesystem::path& align_artifact) {
   const Json j = read_json(align_artifact / "clocks.json");
   Clocks clocks{j.at("reference"), {}};
-  for (const Json& c : j.at("cameras")) clocks.cameras.push_back({c.at("name"), c.at("offset_s"), c.at("rate"), c.at("offset_std_s")});
+  for (const Json& c : j.at("cameras"))
+    clocks.cameras.push_back({c.at("name"), c.at("offset_s"), c.at("rate"), c.at("offset_std_s")});
   return clocks;
 }
 

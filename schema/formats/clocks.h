@@ -28,13 +28,13 @@ void write_clocks(const std::filesystem::path& file, const Clocks& clocks);
 /// offset.json of a sync artifact: how far camera b's clock is behind camera a's.
 struct PairOffset {
   std::string a, b;
-  double offset_s = 0;     ///< shot time of b's first frame minus shot time of a's first frame
-  double rate = 1;         ///< seconds of a's footage per second of b's: t_a = offset_s + rate * t_b
-  double std_s = 0;        ///< one standard deviation of offset_s
-  bool determined = false; ///< false: could not tell; the other numbers are then only the best guess
-  std::string method;      ///< "motion", "audio", …
+  double offset_s = 0;      ///< shot time of b's first frame minus shot time of a's first frame
+  double rate = 1;          ///< seconds of a's footage per second of b's: t_a = offset_s + rate * t_b
+  double std_s = 0;         ///< one standard deviation of offset_s
+  bool determined = false;  ///< false: could not tell; the other numbers are then only the best guess
+  std::string method;       ///< "motion", "audio", …
   int num_inliers = 0;
-  std::string verdict;     ///< a sentence for people
+  std::string verdict;  ///< a sentence for people
 };
 
 PairOffset read_pair_offset(const std::filesystem::path& sync_artifact);

@@ -10,9 +10,9 @@
 #include <ImfPartType.h>
 #include <ImfThreading.h>
 #include <fmt/format.h>
+#include <half.h>
 
 #include <algorithm>
-#include <half.h>
 
 #include "schema/base/error.h"
 
@@ -46,7 +46,8 @@ void write_part(Imf::OutputPart out, const ExrPart& part) {
     const auto width = static_cast<std::size_t>(plane.width);
     if (is_half(part, name)) {
       halves.emplace_back(plane.values.begin(), plane.values.end());
-      buffer.insert(name, Imf::Slice(Imf::HALF, reinterpret_cast<char*>(halves.back().data()), sizeof(half), sizeof(half) * width));
+      buffer.insert(name, Imf::Slice(Imf::HALF, reinterpret_cast<char*>(halves.back().data()), sizeof(half),
+                                     sizeof(half) * width));
     } else {
       auto* data = const_cast<float*>(plane.values.data());  // OpenEXR's slices are not const, but writing only reads
       buffer.insert(name, Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(data), sizeof(float), sizeof(float) * width));

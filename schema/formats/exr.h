@@ -20,7 +20,8 @@ struct ExrPart {
   std::vector<std::string> half_channels;  ///< written as 16-bit floats; all others 32-bit
 };
 
-/// ZIP-compressed scan lines, one part per entry, same bytes for same input. Throws Error(Resource) when the disk is full.
+/// ZIP-compressed scan lines, one part per entry, same bytes for same input. Throws Error(Resource) when the disk is
+/// full.
 void write_exr(const std::filesystem::path& path, const std::vector<ExrPart>& parts);
 /// All channels of the (first) part whose view is `view`. Throws Error(BadInput) for a truncated or foreign file.
 Channels read_exr(const std::filesystem::path& path, const std::string& view = "");

@@ -12,7 +12,8 @@ FrameTable read_frame_table(const std::filesystem::path& ingest_artifact) {
 }
 
 void write_frame_table(const std::filesystem::path& file, const FrameTable& t) {
-  write_json(file, {{"camera", t.camera}, {"width", t.width}, {"height", t.height}, {"fps", t.fps}, {"pts_s", t.pts_s}});
+  write_json(file,
+             {{"camera", t.camera}, {"width", t.width}, {"height", t.height}, {"fps", t.fps}, {"pts_s", t.pts_s}});
 }
 
 std::filesystem::path frame_path(const std::filesystem::path& ingest_artifact, int frame) {

@@ -69,9 +69,12 @@ JobFile read_job_file(const std::filesystem::path& path) {
 }
 
 std::string job_key(const JobFile& j) {
-  const Json identity = {{"kind", j.kind},           {"version", j.version},
-                         {"params", j.params},       {"unit", j.unit},
-                         {"inputs", contents_of(j.inputs)}, {"sources", contents_of(j.sources)}};
+  const Json identity = {{"kind", j.kind},
+                         {"version", j.version},
+                         {"params", j.params},
+                         {"unit", j.unit},
+                         {"inputs", contents_of(j.inputs)},
+                         {"sources", contents_of(j.sources)}};
   return sha256_key(identity.dump());
 }
 

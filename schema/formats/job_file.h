@@ -11,7 +11,7 @@ namespace vantage {
 struct JobFile {
   std::string kind;
   int version = 0;
-  std::string job;   ///< "correspond/cam0-000003__cam1-000004"
+  std::string job;  ///< "correspond/cam0-000003__cam1-000004"
   std::string shot;
   std::string key;
   Json params = Json::object();
@@ -20,9 +20,9 @@ struct JobFile {
     std::filesystem::path folder;  ///< absolute
     std::string content;           ///< the manifest's content hash that the key was made from
   };
-  std::map<std::string, Input> inputs;                   ///< by job name
-  std::map<std::string, Input> sources;                  ///< by source name; folder is the file's path
-  std::filesystem::path store;                           ///< SHOT/.vantage/store
+  std::map<std::string, Input> inputs;   ///< by job name
+  std::map<std::string, Input> sources;  ///< by source name; folder is the file's path
+  std::filesystem::path store;           ///< SHOT/.vantage/store
   int cores = 1;
   int ram_mb = 1000;
   int timeout_s = 3600;

@@ -46,7 +46,8 @@ std::optional<Manifest> read_valid_manifest(const fs::path& folder, bool check_h
   if (!fs::is_regular_file(folder / "manifest.json", error)) return std::nullopt;
   try {
     const Json j = read_json(folder / "manifest.json");
-    Manifest m{j.at("kind"), j.at("version"), j.at("job"), j.at("key"), j.at("content"), {}, j.at("figures"), j.at("provenance")};
+    Manifest m{j.at("kind"), j.at("version"), j.at("job"),       j.at("key"), j.at("content"),
+               {},           j.at("figures"), j.at("provenance")};
     for (const Json& f : j.at("files")) m.files.push_back({f.at("path"), f.at("size"), f.at("xxh3")});
     for (const auto& f : m.files) {
       const fs::path path = folder / f.path;
@@ -61,6 +62,8 @@ std::optional<Manifest> read_valid_manifest(const fs::path& folder, bool check_h
   }
 }
 
-fs::path artifact_folder(const fs::path& store, const std::string& kind, const std::string& key) { return store / kind / key; }
+fs::path artifact_folder(const fs::path& store, const std::string& kind, const std::string& key) {
+  return store / kind / key;
+}
 
 }  // namespace vantage

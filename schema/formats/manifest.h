@@ -38,6 +38,7 @@ void write_manifest(const std::filesystem::path& folder, const Manifest& manifes
 std::optional<Manifest> read_valid_manifest(const std::filesystem::path& folder, bool check_hashes = false);
 
 /// SHOT/.vantage/store/<kind>/<key>
-std::filesystem::path artifact_folder(const std::filesystem::path& store, const std::string& kind, const std::string& key);
+std::filesystem::path artifact_folder(const std::filesystem::path& store, const std::string& kind,
+                                      const std::string& key);
 
 }  // namespace vantage

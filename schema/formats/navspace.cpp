@@ -12,7 +12,8 @@ Navspace read_navspace(const std::filesystem::path& navspace_artifact) {
   const Json j = read_json(navspace_artifact / "navspace.json");
   Navspace n;
   n.centre = vector_of(j.at("centre"));
-  for (int row = 0; row < 3; ++row) n.axes.row(row) = vector_of(j.at("axes").at(static_cast<std::size_t>(row))).transpose();
+  for (int row = 0; row < 3; ++row)
+    n.axes.row(row) = vector_of(j.at("axes").at(static_cast<std::size_t>(row))).transpose();
   n.radius = j.at("radius");
   for (const Json& v : j.at("vertices"))
     n.vertices.push_back({{v.at("camera"), v.at("frame")}, v.at("azimuth_deg"), v.at("elevation_deg"), v.at("time_s")});

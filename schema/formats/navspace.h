@@ -23,8 +23,8 @@ struct Navspace {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
   double radius = 1;
   std::vector<NavVertex> vertices;
-  std::vector<std::vector<int>> simplices;   ///< vertex indices, one more than there are dimensions that vary
-  std::vector<std::pair<int, int>> edges;    ///< each once, first < second
+  std::vector<std::vector<int>> simplices;  ///< vertex indices, one more than there are dimensions that vary
+  std::vector<std::pair<int, int>> edges;   ///< each once, first < second
 };
 
 Navspace read_navspace(const std::filesystem::path& navspace_artifact);

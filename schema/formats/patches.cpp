@@ -14,7 +14,8 @@ constexpr const char* kHeader =
     "ply\nformat binary_little_endian 1.0\nelement vertex {}\n"
     "property float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
     "property float vx\nproperty float vy\nproperty float vz\nproperty float t0\nproperty float t1\n"
-    "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float score\nproperty int num_views\nend_header\n";
+    "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float score\nproperty int "
+    "num_views\nend_header\n";
 constexpr const char* kPointsHeader =
     "ply\nformat binary_little_endian 1.0\nelement vertex {}\n"
     "property float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\n"

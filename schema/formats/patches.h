@@ -13,7 +13,7 @@ struct Patch {
   Eigen::Vector3f velocity = Eigen::Vector3f::Zero();  ///< world units per second
   float t0_s = 0, t1_s = 0;
   Eigen::Matrix<unsigned char, 3, 1> rgb = Eigen::Matrix<unsigned char, 3, 1>::Zero();
-  float score = 0;    ///< mean normalised cross-correlation over its images
+  float score = 0;  ///< mean normalised cross-correlation over its images
   int num_views = 0;
   Eigen::Vector3f position_at(float t_s) const { return position + velocity * (t_s - t0_s); }
 };

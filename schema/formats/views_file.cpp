@@ -13,7 +13,8 @@ namespace {
 Eigen::Matrix3d matrix_of(const Json& rows) {
   Eigen::Matrix3d m;
   for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) m(r, c) = rows.at(static_cast<std::size_t>(r)).at(static_cast<std::size_t>(c)).get<double>();
+    for (int c = 0; c < 3; ++c)
+      m(r, c) = rows.at(static_cast<std::size_t>(r)).at(static_cast<std::size_t>(c)).get<double>();
   return m;
 }
 
@@ -21,7 +22,8 @@ RigidTransform pose_of(const Json& j) {
   RigidTransform pose;
   pose.R = matrix_of(j.at("R"));
   for (int i = 0; i < 3; ++i) pose.t[i] = j.at("t").at(static_cast<std::size_t>(i)).get<double>();
-  if ((pose.R * pose.R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > 1e-3 || pose.R.determinant() < 0)
+  if ((pose.R * pose.R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > 1e-3 ||
+      pose.R.determinant() < 0)
     throw Error(ErrorKind::BadInput, "R is not a rotation");
   return pose;
 }
@@ -46,7 +48,8 @@ ViewsFile read_views_file(const std::filesystem::path& path) {
   ViewsFile file;
   std::string where = "the file";
   try {
-    if (j.value("version", 1) != 1) throw Error(ErrorKind::BadInput, fmt::format("version {} is unknown, expected 1", j.at("version").dump()));
+    if (j.value("version", 1) != 1)
+      throw Error(ErrorKind::BadInput, fmt::format("version {} is unknown, expected 1", j.at("version").dump()));
     std::set<int> frames;
     for (const Json& v : j.at("views")) {
       where = fmt::format("view {}", file.views.size());

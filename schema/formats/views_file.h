@@ -9,8 +9,8 @@ namespace vantage {
 
 /// One view of a views.json: a match-moved camera. Stereo: the middle camera and the distance of the eyes.
 struct ExplicitView {
-  int frame = 0;        ///< number in render/<name>/frame.%06d.*
-  double time_s = 0;    ///< on the shot's clock
+  int frame = 0;      ///< number in render/<name>/frame.%06d.*
+  double time_s = 0;  ///< on the shot's clock
   Pinhole pinhole;
   RigidTransform cam_from_world;
   std::optional<double> baseline;  ///< world units

@@ -45,10 +45,10 @@ struct WorkerReport {
   std::string host, pool;
   std::int32_t slots = 0, cores = 0, ram_mb = 0, free_disk_mb = 0;
   bool draining = false;
-  std::int64_t epoch_seen = 0;       ///< of the last orders taken
+  std::int64_t epoch_seen = 0;  ///< of the last orders taken
   std::int64_t orders_seq_seen = 0;
-  std::vector<RunningAttempt> running;      ///< assigned and not finished, queued ones included
-  std::vector<DoneAttempt> done_unacked;    ///< kept until acked
+  std::vector<RunningAttempt> running;    ///< assigned and not finished, queued ones included
+  std::vector<DoneAttempt> done_unacked;  ///< kept until acked
 };
 
 struct Assignment {
@@ -66,7 +66,7 @@ struct WorkerOrders {
   std::int64_t epoch = 0;        ///< rises with every start of the scheduler
   std::int64_t seq = 0;
   std::int32_t lease_ms = 0;
-  bool reconciling = false;      ///< assigned may be incomplete: absence does not mean stop
+  bool reconciling = false;  ///< assigned may be incomplete: absence does not mean stop
   bool drain = false;
   std::vector<Assignment> assigned;
   std::vector<AttemptRef> canceled;

@@ -44,17 +44,25 @@ inline std::string describe(const Any&) { return "any"; }
 
 template <class T>
 bool fits(const Json& v) {
-  if constexpr (std::same_as<T, bool>) return v.is_boolean();
-  else if constexpr (std::integral<T>) return v.is_number_integer();
-  else if constexpr (std::floating_point<T>) return v.is_number();
-  else return v.is_string();
+  if constexpr (std::same_as<T, bool>)
+    return v.is_boolean();
+  else if constexpr (std::integral<T>)
+    return v.is_number_integer();
+  else if constexpr (std::floating_point<T>)
+    return v.is_number();
+  else
+    return v.is_string();
 }
 template <class T>
 const char* type_name() {
-  if constexpr (std::same_as<T, bool>) return "true or false";
-  else if constexpr (std::integral<T>) return "a whole number";
-  else if constexpr (std::floating_point<T>) return "a number";
-  else return "text";
+  if constexpr (std::same_as<T, bool>)
+    return "true or false";
+  else if constexpr (std::integral<T>)
+    return "a whole number";
+  else if constexpr (std::floating_point<T>)
+    return "a number";
+  else
+    return "text";
 }
 
 inline bool allowed(const Json& v, const Range& r) { return v.get<double>() >= r.min && v.get<double>() <= r.max; }
@@ -68,7 +76,8 @@ inline bool allowed(const Json&, const Any&) { return true; }
 /// where: "shot.toml:12: [depth] max_error_px".
 template <class T, class Limits>
 void assign(T& member, const Json& v, const Limits& limits, const std::string& where) {
-  if (!fits<T>(v)) throw Error(ErrorKind::BadInput, fmt::format("{}: is {}, expected {}", where, v.dump(), type_name<T>()));
+  if (!fits<T>(v))
+    throw Error(ErrorKind::BadInput, fmt::format("{}: is {}, expected {}", where, v.dump(), type_name<T>()));
   if (!allowed(v, limits)) {
     std::string hint;
     if constexpr (std::same_as<Limits, OneOf>) hint = did_you_mean(v.get<std::string>(), limits.words);
@@ -96,7 +105,8 @@ Json params_to_json(P params) {
   return out;
 }
 
-/// Throws Error(BadInput) with file and line for an unknown key (with a suggestion), a wrong type or a value out of range.
+/// Throws Error(BadInput) with file and line for an unknown key (with a suggestion), a wrong type or a value out of
+/// range.
 template <class P>
 P params_from_section(const Section& section) {
   P params;

@@ -124,8 +124,10 @@ class Reader {
     for (const auto& item : *array) {
       const auto* table = item.as_table();
       if (table == nullptr) fail(line_of(item), fmt::format("every [[{}]] must be a table", key));
-      if (key == "camera") read_camera(*table);
-      else read_render(*table);
+      if (key == "camera")
+        read_camera(*table);
+      else
+        read_render(*table);
     }
   }
 
@@ -141,7 +143,9 @@ class Reader {
     const bool ok = std::is_same_v<T, bool> ? v.is_boolean() : is_number ? v.is_number() : v.is_string();
     if (!ok)
       throw Error(ErrorKind::BadInput, fmt::format("{}: is {}, expected {}", where, v.dump(),
-                                                   std::is_same_v<T, bool> ? "true or false" : is_number ? "a number" : "text"));
+                                                   std::is_same_v<T, bool> ? "true or false"
+                                                   : is_number             ? "a number"
+                                                                           : "text"));
     return v.get<T>();
   }
 
@@ -190,8 +194,8 @@ class Reader {
     r.mode = take<std::string>(s, "mode", "view");
     const std::vector<std::string> modes{"view", "stereo", "stereo-depth"};
     if (std::find(modes.begin(), modes.end(), r.mode) == modes.end())
-      fail(r.line, fmt::format("render '{}': unknown mode '{}', expected view, stereo or stereo-depth{}", r.name, r.mode,
-                               did_you_mean(r.mode, modes)));
+      fail(r.line, fmt::format("render '{}': unknown mode '{}', expected view, stereo or stereo-depth{}", r.name,
+                               r.mode, did_you_mean(r.mode, modes)));
     r.fps = take<double>(s, "fps", 30.0);
     r.width = static_cast<int>(take<double>(s, "width", 0));
     r.height = static_cast<int>(take<double>(s, "height", 0));
@@ -215,7 +219,8 @@ class Reader {
     const Json list = found->second.value;
     const int line = found->second.line;
     s.values.erase(found);
-    if (!list.is_array() || list.empty()) fail(line, fmt::format("render '{}': keyframes must be a list of tables", r.name));
+    if (!list.is_array() || list.empty())
+      fail(line, fmt::format("render '{}': keyframes must be a list of tables", r.name));
     const std::vector<std::string> known{"at_s", "time_s", "azimuth_deg", "elevation_deg"};
     for (const Json& item : list) {
       if (!item.is_object()) fail(line, "every key frame must be a table {at_s, time_s, azimuth_deg, elevation_deg}");
@@ -238,8 +243,8 @@ class Reader {
     for (const auto& c : shot_.cameras)
       if (!names.insert(c.name).second) fail(c.line, fmt::format("camera '{}' is there twice", c.name));
     if (shot_.cameras.size() < 2)
-      throw Error(ErrorKind::BadInput, fmt::format("{}: has {} camera{}, needs two or more to see depth between them", file_,
-                                                   shot_.cameras.size(), shot_.cameras.size() == 1 ? "" : "s"));
+      throw Error(ErrorKind::BadInput, fmt::format("{}: has {} camera{}, needs two or more to see depth between them",
+                                                   file_, shot_.cameras.size(), shot_.cameras.size() == 1 ? "" : "s"));
   }
 
   fs::path folder_;

@@ -11,29 +11,29 @@ namespace vantage {
 
 /// One [[camera]] of shot.toml.
 struct ShotCamera {
-  std::string name;            ///< letters, digits, '_' and '-'; unique
-  std::string footage;         ///< video file, or a glob of stills, relative to shot.toml
-  std::optional<double> fps;   ///< needed for stills (default 1); for a video it overrides nothing but a missing rate
+  std::string name;           ///< letters, digits, '_' and '-'; unique
+  std::string footage;        ///< video file, or a glob of stills, relative to shot.toml
+  std::optional<double> fps;  ///< needed for stills (default 1); for a video it overrides nothing but a missing rate
   std::optional<double> start_s;  ///< shot time of the first frame; needed with [sync] method = "known"
-  bool moving = false;         ///< hand-held: a pose per frame
+  bool moving = false;            ///< hand-held: a pose per frame
   std::string mask, key_color, calibration;
   int line = 0;
 };
 
 /// A point of a virtual camera's path; values between key frames are interpolated.
 struct KeyFrame {
-  double at_s = 0;           ///< time in the output
-  double time_s = 0;         ///< time in the shot
-  double azimuth_deg = 0;    ///< on the navigation sphere
+  double at_s = 0;         ///< time in the output
+  double time_s = 0;       ///< time in the shot
+  double azimuth_deg = 0;  ///< on the navigation sphere
   double elevation_deg = 0;
 };
 
 /// One [[render]].
 struct RenderRequest {
   std::string name;
-  std::string mode = "view";    ///< "view", "stereo" (azimuth offset or explicit baseline), "stereo-depth"
+  std::string mode = "view";  ///< "view", "stereo" (azimuth offset or explicit baseline), "stereo-depth"
   double fps = 30;
-  int width = 0, height = 0;    ///< 0: as the footage of the first camera
+  int width = 0, height = 0;        ///< 0: as the footage of the first camera
   std::vector<KeyFrame> keyframes;  ///< either these, in order of at_s,
   std::string views;                ///< or a views.json, relative to shot.toml
   Section options;                  ///< all other keys: the render kind's own options

@@ -1,6 +1,7 @@
 #pragma once
-/// A small ray-traced world with exact truth: textured floor, wall, static boxes, and balls and a box that move.
-/// x to the right, y up… world: metres, y down like the cameras' (ground at y = 0, cameras above it at y < 0).
+/// A small ray-traced world with exact truth: textured floor and wall, a static box and ball, two balls and a box that
+/// move. World: metres, x right, y down like the cameras' (ground at y = 0, cameras above it at y < 0), z away from the
+/// cameras.
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -14,7 +15,7 @@ struct Picture {
   cv::Mat1f depth;  ///< along the optical axis, metres
   cv::Mat1b id;     ///< object; 0 floor, 1 wall, 2… static things, kFirstMovingId… moving things
 };
-constexpr int kFirstMovingId = 10;
+constexpr int kFirstMovingId = 10;  ///< 10 bouncing ball, 11 rising ball, 12 turning box
 
 /// A camera of a shot: static, with its own clock.
 struct SceneCamera {
@@ -28,14 +29,14 @@ struct SceneCamera {
 };
 
 struct Truth {
-  cv::Mat2f motion_px;   ///< pixel x of the first picture lies at x + motion in the second
-  cv::Mat1b visible;     ///< 255 where the surface is seen in the second picture, too
+  cv::Mat2f motion_px;  ///< pixel x of the first picture lies at x + motion in the second
+  cv::Mat1b visible;    ///< 255 where the surface is seen in the second picture, too
 };
 
 struct SceneOptions {
-  bool moving = true;       ///< false: nothing moves
-  int supersample = 2;      ///< rays per pixel and axis
-  double noise_sigma = 0;   ///< 8-bit levels, seeded
+  bool moving = true;      ///< false: nothing moves
+  int supersample = 2;     ///< rays per pixel and axis
+  double noise_sigma = 0;  ///< 8-bit levels, seeded
 };
 
 class Scene {
@@ -57,8 +58,8 @@ class Scene {
   SceneOptions options_;
 };
 
-/// Cameras on an arc around the centre of the scene, radius 4 m, all looking at it. Offsets are uneven and not whole frames.
-/// elevation_wobble_deg: neighbours alternate in height, so that time can be told from horizontal motion.
+/// Cameras on an arc around the centre of the scene, radius 4 m, all looking at it. Offsets are uneven and not whole
+/// frames. elevation_wobble_deg: neighbours alternate in height, so that time can be told from horizontal motion.
 std::vector<SceneCamera> arc_cameras(int num_cameras, int num_frames, int width, int height, double step_deg = 8,
                                      double elevation_wobble_deg = 4);
 
