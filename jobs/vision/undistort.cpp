@@ -29,14 +29,15 @@ struct Rational {
     const double y = n.y * s + 2 * p2 * n.x * n.y + p1 * (r2 + 2 * n.y * n.y);
     return {fx * x + cx, fy * y + cy};
   }
-  /// False where the polynomial has turned back on itself: further out it shows what no lens shows.
+  /// False where the polynomial flattens out, soon to turn back on itself: there a pixel would be stretched more than
+  /// four times, and further out it would show what no lens shows.
   bool rises_up_to(double radius) const {
     constexpr int kSteps = 32;
-    constexpr double kDelta = 1e-6;
+    const double delta = 1e-6 * radius;
     const auto filmed_radius = [&](double r) { return r * radial(r * r); };
     for (int i = 1; i <= kSteps; ++i) {
       const double r = radius * i / kSteps;
-      if (!(filmed_radius(r) > filmed_radius(r - kDelta * radius))) return false;
+      if (!(filmed_radius(r) - filmed_radius(r - delta) > delta / 4)) return false;
     }
     return true;
   }
