@@ -1,0 +1,76 @@
+#pragma once
+/// The scheduler as an object: a thread that owns the farm's database, its bus and every decision.
+#include <filesystem>
+#include <functional>
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scheduler/dispatch/command.h"
+#include "scheduler/farm/progress.h"
+#include "schema/base/ids.h"
+
+namespace vantage {
+
+struct SubmitRequest {
+  std::filesystem::path folder;  ///< of the shot
+  std::string until_kind;        ///< plan no further than this stage and what it needs; empty: everything
+  int priority = 0;              ///< higher goes first
+};
+struct SubmitResult {
+  ShotId shot;
+  std::int64_t generation = 0;
+  int num_jobs = 0;        ///< planned so far
+  int num_up_to_date = 0;  ///< of those, already done
+};
+
+/// Safe to kill at any moment: the next Farm on the same folder goes on where this one stopped.
+/// All members may be called from any thread.
+class Farm {
+ public:
+  struct Options {
+    std::filesystem::path state_dir;   ///< farm.sqlite, farm.key, lock; `vantage run` uses SHOT/.vantage/farm
+    std::string bus_url;               ///< LCM URL; empty: an own broker on a free port of 127.0.0.1
+    std::string listen = "127.0.0.1";  ///< address of the own broker
+    std::string http_address;          ///< what workers and people are told; may come later
+    int lease_ms = 15000;
+  };
+
+  /// Takes the folder's lock, mends and opens the database, starts the thread. Throws Error(BadInput) when another
+  /// scheduler runs on the folder or the database is of a newer version.
+  explicit Farm(Options options);
+  /// Stops the thread. Attempts that run go on in their workers and are taken back by the next Farm.
+  ~Farm();
+  Farm(const Farm&) = delete;
+  Farm& operator=(const Farm&) = delete;
+
+  const std::string& bus_url() const;       ///< for `vantage-worker --bus`
+  std::filesystem::path key_file() const;   ///< secret that signs messages
+  std::filesystem::path state_dir() const;  ///< for open_farm_to_read()
+  std::string farm_id() const;
+  void set_http_address(const std::string& address);
+
+  /// The future throws Error(BadInput) for a shot that cannot be planned: one clear line.
+  std::future<SubmitResult> submit(SubmitRequest request);
+  /// Pause, resume, cancel, retry, priority, drain. The future throws Error(BadInput) for an unknown target.
+  std::future<CommandResult> command(Command command);
+
+  /// At most 100 ms old; empty when there is no such shot.
+  std::optional<ShotProgress> progress(ShotId shot) const;
+  std::vector<ShotProgress> all_progress() const;
+  /// Called on the scheduler's thread after a change, at most every 100 ms and always when a shot ends. Be quick.
+  void on_change(std::function<void(const ShotProgress&)> listener);
+  /// Blocks until the shot is done or failed, or the time is over (empty). Throws what stopped the scheduler, if so.
+  std::optional<ShotProgress> wait(ShotId shot, int timeout_ms);
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// SHOT/.vantage/store can be made and written and the disk has room. Throws Error(BadInput) otherwise.
+void check_store(const std::filesystem::path& shot_folder);
+
+}  // namespace vantage
