@@ -26,9 +26,9 @@ struct SubmitResult {
   int num_up_to_date = 0;  ///< of those, already done
 };
 
-/// Safe to kill at any moment: the next Farm on the same folder goes on where this one stopped.
+/// Safe to kill at any moment: the next FarmScheduler on the same folder goes on where this one stopped.
 /// All members may be called from any thread.
-class Farm {
+class FarmScheduler {
  public:
   struct Options {
     std::filesystem::path state_dir;   ///< farm.sqlite, farm.key, lock; `vantage run` uses SHOT/.vantage/farm
@@ -40,11 +40,11 @@ class Farm {
 
   /// Takes the folder's lock, mends and opens the database, starts the thread. Throws Error(BadInput) when another
   /// scheduler runs on the folder or the database is of a newer version.
-  explicit Farm(Options options);
-  /// Stops the thread. Attempts that run go on in their workers and are taken back by the next Farm.
-  ~Farm();
-  Farm(const Farm&) = delete;
-  Farm& operator=(const Farm&) = delete;
+  explicit FarmScheduler(Options options);
+  /// Stops the thread. Attempts that run go on in their workers and are taken back by the next FarmScheduler.
+  ~FarmScheduler();
+  FarmScheduler(const FarmScheduler&) = delete;
+  FarmScheduler& operator=(const FarmScheduler&) = delete;
 
   const std::string& bus_url() const;       ///< for `vantage-worker --bus`
   std::filesystem::path key_file() const;   ///< secret that signs messages
