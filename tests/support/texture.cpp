@@ -33,7 +33,7 @@ double value_noise(const Eigen::Vector3d& p, std::uint64_t seed) {
 Eigen::Vector3d solid_texture(int object_id, const Eigen::Vector3d& point) {
   const auto seed = static_cast<std::uint64_t>(object_id) * 16 + 1;
   double light = 0, frequency = 1 / 0.6, amplitude = 0.34;
-  for (std::uint64_t octave = 0; octave < 4; ++octave, frequency *= 2.05, amplitude *= 0.9)
+  for (std::uint64_t octave = 0; octave < 5; ++octave, frequency *= 2.05, amplitude *= 0.9)
     light += amplitude * (value_noise(point * frequency, seed + octave) - 0.5);
   const double hue = 6.2831853 * (0.17 * object_id + 0.35 * value_noise(point * 1.7, seed + 9));
   const double level = std::clamp(0.52 + light, 0.04, 0.96);

@@ -1,0 +1,134 @@
+/// vantage-demo-shot: films the synthetic scene with unsynchronised cameras, as video files, and writes a shot.toml
+/// that asks for everything: calibration and clocks estimated, depth, moving model, free viewpoint, slow motion,
+/// stereo.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+
+#include "schema/base/error.h"
+#include "schema/base/files.h"
+#include "schema/formats/calibration.h"
+#include "tests/support/synthetic_scene.h"
+
+namespace {
+namespace fs = std::filesystem;
+using namespace vantage;
+
+struct DemoOptions {
+  std::string out;
+  int num_cameras = 5, num_frames = 20, width = 480, height = 270;
+  bool known = false;  ///< exact calibration and clocks instead of estimated ones
+};
+
+/// Writes frames to an H.264 file through the ffmpeg program.
+class VideoFile {
+ public:
+  VideoFile(const fs::path& path, int width, int height, double fps) : path_(path) {
+    const std::string command = fmt::format(
+        "ffmpeg -y -loglevel error -f rawvideo -pix_fmt bgr24 -s {}x{} -r {} -i - -c:v libx264 -threads 1 -crf 12 "
+        "-pix_fmt yuv420p '{}'",
+        width, height, fps, path.string());
+    pipe_ = popen(command.c_str(), "w");
+    check(pipe_ != nullptr, "the ffmpeg program starts");
+  }
+  VideoFile(const VideoFile&) = delete;
+  VideoFile& operator=(const VideoFile&) = delete;
+  void write(const cv::Mat3b& bgr) {
+    check(std::fwrite(bgr.data, 3, bgr.total(), pipe_) == bgr.total(), "ffmpeg takes the picture");
+  }
+  void close() { check(pclose(pipe_) == 0, "ffmpeg writes " + path_.string()); }
+
+ private:
+  fs::path path_;
+  FILE* pipe_;
+};
+
+void film(const synthetic::Scene& scene, const synthetic::SceneCamera& camera, const fs::path& file) {
+  VideoFile video(file, camera.pinhole.width, camera.pinhole.height, camera.fps);
+  for (int k = 0; k < camera.num_frames; ++k)
+    video.write(scene.render(camera.pinhole, camera.cam_from_world, camera.time_s(k)).bgr);
+  video.close();
+}
+
+void write_known_calibration(const std::vector<synthetic::SceneCamera>& cameras, const fs::path& folder) {
+  Calibration calibration;
+  for (const auto& c : cameras) {
+    calibration.cameras[c.name] = {c.name, static_cast<int>(calibration.cameras.size()) + 1, c.pinhole, std::nullopt};
+    for (int k = 0; k < c.num_frames; ++k) calibration.cam_from_world[{c.name, k}] = c.cam_from_world;
+  }
+  write_calibration(folder, calibration);
+}
+
+/// Times that every camera has filmed.
+std::pair<double, double> common_time_s(const std::vector<synthetic::SceneCamera>& cameras) {
+  double first = -1e9, last = 1e9;
+  for (const auto& c : cameras) {
+    first = std::max(first, c.time_s(0));
+    last = std::min(last, c.time_s(c.num_frames - 1));
+  }
+  return {first, last};
+}
+
+std::string shot_toml(const DemoOptions& o, const std::vector<synthetic::SceneCamera>& cameras) {
+  std::string text = "[shot]\nname = \"demo\"\n\n";
+  for (const auto& c : cameras) {
+    text += fmt::format("[[camera]]\nname = \"{0}\"\nfootage = \"footage/{0}.mp4\"\n", c.name);
+    if (o.known) text += fmt::format("start_s = {:.9f}\n", c.offset_s);
+    text += "\n";
+  }
+  text += o.known ? "[calibrate]\nmethod = \"known\"\nmodel = \"model\"\n\n[sync]\nmethod = \"known\"\n\n"
+                  : "[calibrate]\nmethod = \"colmap\"\n\n[sync]\nmethod = \"motion\"\n\n";
+  text += "[depth]\n\n[reconstruct]\n";
+  const auto [first, last] = common_time_s(cameras);
+  const double early = first + 0.15 * (last - first), late = last - 0.15 * (last - first), middle = (first + last) / 2;
+  const double side = 7.0 * (o.num_cameras - 1) / 2.0;  // degrees, a little inside the arc of 8 degrees a camera
+  const auto key = [](double at, double time, double azimuth) {
+    return fmt::format("  {{at_s = {:.3f}, time_s = {:.4f}, azimuth_deg = {:.2f}, elevation_deg = 14}},\n", at, time,
+                       azimuth);
+  };
+  text += "\n# Time stands still while the camera flies round, then runs on at a fifth of its speed.\n";
+  text += "[[render]]\nname = \"freeze\"\nmode = \"view\"\nfps = 15\nkeyframes = [\n" + key(0, early, -side) +
+          key(1.0, early, side) + key(2.0, late, side / 2) + "]\n";
+  text += "\n[[render]]\nname = \"stereo\"\nmode = \"stereo\"\nfps = 15\nkeyframes = [\n" + key(0, middle, -side / 2) +
+          key(0.4, middle, side / 2) + "]\n";
+  text += "\n[[render]]\nname = \"stereo_depth\"\nmode = \"stereo-depth\"\nfps = 15\nkeyframes = [\n" +
+          key(0, early, 0) + key(0.4, late, 0) + "]\n";
+  return text;
+}
+
+void make(const DemoOptions& o) {
+  const synthetic::Scene scene({.moving = true, .supersample = 2, .noise_sigma = 1});
+  const auto cameras = synthetic::arc_cameras(o.num_cameras, o.num_frames, o.width, o.height);
+  const fs::path out(o.out);
+  fs::create_directories(out / "footage");
+  for (const auto& c : cameras) {
+    film(scene, c, out / "footage" / (c.name + ".mp4"));
+    std::cout << fmt::format("{}: {} frames, first at {:+.4f} s\n", c.name, c.num_frames, c.offset_s) << std::flush;
+  }
+  if (o.known) write_known_calibration(cameras, out / "model");
+  write_file_atomically(out / "shot.toml", shot_toml(o, cameras));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  DemoOptions options;
+  CLI::App app("Films the synthetic demo scene with unsynchronised cameras and writes a shot.");
+  app.add_option("out", options.out, "the shot's folder")->required();
+  app.add_option("--cameras", options.num_cameras)->check(CLI::Range(2, 24));
+  app.add_option("--frames", options.num_frames)->check(CLI::Range(1, 1000));
+  app.add_option("--width", options.width)->check(CLI::Range(64, 3840));
+  app.add_option("--height", options.height)->check(CLI::Range(64, 2160));
+  app.add_flag("--known", options.known, "give exact calibration and clocks");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    make(options);
+  } catch (const std::exception& e) {
+    std::cerr << "vantage-demo-shot: " << e.what() << "\n";
+    return 1;
+  }
+  return 0;
+}
