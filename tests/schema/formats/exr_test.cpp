@@ -1,0 +1,62 @@
+#include "schema/formats/exr.h"
+
+#include <gtest/gtest.h>
+
+#include "schema/base/error.h"
+#include "schema/base/hash.h"
+#include "tests/support/temporary_folder.h"
+
+namespace vantage {
+namespace {
+
+Plane ramp(int width, int height, float start) {
+  Plane p{width, height, std::vector<float>(static_cast<std::size_t>(width * height))};
+  for (std::size_t i = 0; i < p.values.size(); ++i) p.values[i] = start + 0.37F * static_cast<float>(i);
+  return p;
+}
+
+TEST(Exr, FloatChannelsComeBackExactly) {
+  const TemporaryFolder folder;
+  const Plane u = ramp(7, 5, -3), v = ramp(7, 5, 100);
+  write_exr(folder.path() / "f.exr", {{.view = "", .channels = {{"u", u}, {"v", v}}, .half_channels = {}}});
+  const Channels back = read_exr(folder.path() / "f.exr");
+  EXPECT_EQ(back.at("u").values, u.values);
+  EXPECT_EQ(back.at("v").values, v.values);
+  EXPECT_EQ(back.at("u").width, 7);
+}
+
+TEST(Exr, HalfChannelsAreRoundedToElevenBits) {
+  const TemporaryFolder folder;
+  const Plane r = ramp(4, 4, 0);
+  write_exr(folder.path() / "f.exr", {{.view = "", .channels = {{"R", r}}, .half_channels = {"R"}}});
+  const Plane back = read_exr(folder.path() / "f.exr").at("R");
+  for (std::size_t i = 0; i < r.values.size(); ++i)
+    EXPECT_NEAR(back.values[i], r.values[i], r.values[i] / 1024 + 1e-6F);
+}
+
+TEST(Exr, ViewsAreKeptApart) {
+  const TemporaryFolder folder;
+  write_exr(folder.path() / "s.exr", {{.view = "left", .channels = {{"R", ramp(3, 2, 1)}}, .half_channels = {}},
+                                      {.view = "right", .channels = {{"R", ramp(3, 2, 50)}}, .half_channels = {}}});
+  EXPECT_EQ(read_exr(folder.path() / "s.exr", "left").at("R").values[0], 1);
+  EXPECT_EQ(read_exr(folder.path() / "s.exr", "right").at("R").values[0], 50);
+  EXPECT_THROW(read_exr(folder.path() / "s.exr", "middle"), Error);
+}
+
+TEST(Exr, TruncatedFileIsRefused) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "f.exr";
+  write_exr(file, {{.view = "", .channels = {{"Z", ramp(64, 64, 1)}}, .half_channels = {}}});
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
+  EXPECT_THROW(read_exr(file), Error);
+}
+
+TEST(Exr, SameInputGivesSameBytes) {
+  const TemporaryFolder folder;
+  for (const char* name : {"a.exr", "b.exr"})
+    write_exr(folder.path() / name, {{.view = "", .channels = {{"Z", ramp(33, 17, 2)}}, .half_channels = {}}});
+  EXPECT_EQ(hash_file(folder.path() / "a.exr"), hash_file(folder.path() / "b.exr"));
+}
+
+}  // namespace
+}  // namespace vantage
