@@ -2,6 +2,8 @@
 /// From a [[render]] to virtual cameras, and which recorded images each needs. Light: the scheduler plans with it, the
 /// render kind draws with it.
 #include <optional>
+#include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -23,27 +25,59 @@ struct NavLocation {
   std::vector<double> weights;  ///< same order
   bool outside = false;         ///< the point was outside the hull and was moved to the nearest place inside
 };
+/// For many points make a NavLocator (nav_locator.h).
 NavLocation locate(const Navspace& navspace, const NavPoint& point);
+
+/// Depth-image-based stereo: a point at distance z of the middle camera is drawn at its place there plus
+/// sign / 2 * (gain * focal_baseline * (1 / z - inverse_convergence) + offset_px) along x.
+struct DisparityRule {
+  double sign = 0;  ///< +1 left eye, -1 right eye
+  double focal_baseline = 0, inverse_convergence = 0;
+  double gain = 1, offset_px = 0;
+  double shift_px(double z) const {
+    return 0.5 * sign * (gain * focal_baseline * (1 / z - inverse_convergence) + offset_px);
+  }
+};
+
+/// One picture to draw.
+struct VirtualEye {
+  std::string name;  ///< "", or "left" and "right"
+  Pinhole pinhole;   ///< stereo: centre shifted so that points at the convergence distance coincide
+  RigidTransform cam_from_world;
+  NavLocation location;                    ///< the images to interpolate
+  std::optional<DisparityRule> disparity;  ///< mode "stereo-depth": pose is the middle camera's
+};
 
 /// One output frame to be.
 struct VirtualView {
   int frame = 0;
   double time_s = 0;
   Pinhole pinhole;
-  RigidTransform cam_from_world;    ///< stereo: the middle camera
-  std::optional<double> baseline;   ///< stereo, explicit: world units
+  RigidTransform cam_from_world;   ///< stereo: the middle camera
+  std::optional<double> baseline;  ///< stereo: world units
   NavPoint nav;
-  NavLocation location;             ///< the images to interpolate (of the middle camera)
-  std::vector<int> images;          ///< all vertices that rendering reads: location's, and neighbours for both eyes and holes
+  NavLocation location;          ///< the images to interpolate (of the middle camera)
+  std::vector<VirtualEye> eyes;  ///< one, or two
+  std::vector<int> images;  ///< all vertices that rendering reads, rising: of the cameras of the cell and those beside
+                            ///< it, the frames just before and after time_s
 };
 
-/// All frames of a request, in order of their number. Key frames: at_s × fps, interpolated, camera on the sphere looking
-/// at its centre. views.json: its poses, brought into the calibration's world by its anchors.
-/// first_camera gives size and focal length where the request says none.
+/// All frames of a request, in order of their number. Key frames: at_s × fps, interpolated, camera on the surface that
+/// the cameras span (radius, and elevation on an arc, are interpolated), looking at the centre with level horizon;
+/// where the path leaves the hull it follows the hull. views.json: its poses, brought into the calibration's world by
+/// its anchors. Size and field of view: the first camera's size and the cameras' mean field of view where the request
+/// says none.
 std::vector<VirtualView> virtual_views(const RenderRequest& request, const Shot& shot, const Calibration& calibration,
                                        const Navspace& navspace);
 
 /// Edges (pairs of vertices, first < second) that the views' images have between them.
 std::vector<std::pair<int, int>> edges_of_views(const std::vector<VirtualView>& views, const Navspace& navspace);
+
+/// What all renders of a shot read.
+struct RenderNeeds {
+  std::set<std::pair<int, int>> edges;  ///< first < second
+  std::set<int> depths;                 ///< vertices whose depth is read
+};
+RenderNeeds render_needs(const Shot& shot, const Calibration& calibration, const Navspace& navspace);
 
 }  // namespace vantage

@@ -1,0 +1,66 @@
+#include "jobs/views/view_images.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vantage {
+namespace {
+constexpr double kSameTime_s = 1e-6;
+}
+
+ViewImages::ViewImages(const Navspace& navspace) : navspace_(navspace) {
+  const auto& vertices = navspace.vertices;
+  for (std::size_t v = 0; v < vertices.size(); ++v) frames_[vertices[v].image.camera].push_back(static_cast<int>(v));
+  for (auto& [camera, list] : frames_)
+    std::stable_sort(list.begin(), list.end(), [&](int a, int b) {
+      return vertices[static_cast<std::size_t>(a)].time_s < vertices[static_cast<std::size_t>(b)].time_s;
+    });
+  for (const auto& [i, k] : navspace.edges) {
+    const std::string &a = vertices[static_cast<std::size_t>(i)].image.camera,
+                      &b = vertices[static_cast<std::size_t>(k)].image.camera;
+    if (a == b) continue;
+    neighbours_[a].insert(b);
+    neighbours_[b].insert(a);
+  }
+}
+
+std::vector<int> ViewImages::around(const std::vector<NavLocation>& locations, double time_s) const {
+  std::set<std::string> cameras;
+  std::set<int> images;
+  for (const NavLocation& location : locations) {
+    images.insert(location.vertices.begin(), location.vertices.end());
+    add_cameras_of(location, cameras);
+  }
+  for (const std::string& camera : cameras) add_frames_of(camera, time_s, images);
+  return {images.begin(), images.end()};
+}
+
+void ViewImages::add_cameras_of(const NavLocation& location, std::set<std::string>& cameras) const {
+  std::set<std::string> inner;
+  for (const int v : location.vertices) inner.insert(navspace_.vertices[static_cast<std::size_t>(v)].image.camera);
+  const std::size_t enough = std::max<std::size_t>(1, inner.size() - 1);
+  std::map<std::string, std::size_t> joins;
+  for (const std::string& camera : inner)
+    if (const auto found = neighbours_.find(camera); found != neighbours_.end())
+      for (const std::string& other : found->second) ++joins[other];
+  for (const auto& [camera, count] : joins)
+    if (count >= enough) cameras.insert(camera);
+  cameras.insert(inner.begin(), inner.end());
+}
+
+void ViewImages::add_frames_of(const std::string& camera, double time_s, std::set<int>& images) const {
+  const std::vector<int>& list = frames_.at(camera);
+  const auto time_of = [&](int v) { return navspace_.vertices[static_cast<std::size_t>(v)].time_s; };
+  const auto after =
+      std::lower_bound(list.begin(), list.end(), time_s - kSameTime_s, [&](int v, double t) { return time_of(v) < t; });
+  if (after != list.end() && std::abs(time_of(*after) - time_s) <= kSameTime_s) {
+    images.insert(*after);
+    return;
+  }
+  const auto count = static_cast<std::ptrdiff_t>(list.size());
+  const std::ptrdiff_t first =
+      std::clamp<std::ptrdiff_t>(after - list.begin() - 1, 0, std::max<std::ptrdiff_t>(0, count - 2));
+  for (std::ptrdiff_t k = first; k < std::min(first + 2, count); ++k) images.insert(list[static_cast<std::size_t>(k)]);
+}
+
+}  // namespace vantage
