@@ -2,6 +2,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -57,10 +58,11 @@ class LcmEndpoint {
   void send(LcmTransport& transport, const std::string& channel, const Message& message);
 
   Config config_;
-  std::shared_ptr<Inbox> inbox_;
+  std::unique_ptr<Inbox> inbox_;
   std::unique_ptr<LcmTransport> down_;  ///< orders and hellos
   std::unique_ptr<LcmTransport> up_;    ///< reports; null when one transport carries both
-  std::int64_t last_seq_ = 0;           ///< guarded by the inbox's mutex
+  std::mutex send_mutex_;
+  std::int64_t last_seq_ = 0;  ///< guarded by send_mutex_
 };
 
 }  // namespace vantage
