@@ -1,7 +1,7 @@
 -- The farm's state. One thread of the scheduler writes; everybody else reads through query-only connections.
 -- Times: *_ms are wall-clock milliseconds since 1970 unless the name says monotonic.
 
-CREATE TABLE meta (            -- farm_id, epoch, schema_version
+CREATE TABLE meta (            -- farm_id, epoch; the schema's version is PRAGMA user_version
   key   TEXT PRIMARY KEY,
   value TEXT NOT NULL
 ) WITHOUT ROWID;
@@ -24,16 +24,19 @@ CREATE TABLE job (
   shot_id       INTEGER NOT NULL REFERENCES shot(id),
   name          TEXT NOT NULL,          -- "<kind>/<what>"
   kind          TEXT NOT NULL,
+  stage         INTEGER NOT NULL,       -- place of the kind in the pipeline: later stages go first
   version       INTEGER NOT NULL,
-  generation    INTEGER NOT NULL,
+  generation    INTEGER NOT NULL,       -- the submission that wants it: equal to its shot's, or it is not in the plan
+  plan_hash     TEXT NOT NULL,          -- hash of all that the plan says of it: tells a changed row from an unchanged one
   params        TEXT NOT NULL,          -- JSON
   unit          TEXT NOT NULL,          -- JSON
   sources       TEXT NOT NULL,          -- JSON [{name, path}]
   links         TEXT NOT NULL,          -- JSON [{from, to}]
   key           TEXT NOT NULL DEFAULT '',   -- known once all inputs are
+  identity      TEXT NOT NULL DEFAULT '',   -- JSON that the key is the hash of: tells why the next key differs
   content       TEXT NOT NULL DEFAULT '',   -- content hash of the artifact once done
   state         TEXT NOT NULL,          -- blocked ready leased running done failed canceled aborted quarantined skipped
-                                        -- reconnect paused; the table of moves is scheduler/job_state.h
+                                        -- reconnect paused; the table of moves is scheduler/store/job_state.h
   priority      INTEGER NOT NULL DEFAULT 0,
   num_unmet     INTEGER NOT NULL DEFAULT 0, -- needs that are not done or skipped yet
   cores         INTEGER NOT NULL,
@@ -54,9 +57,9 @@ CREATE TABLE job (
   finished_ms   INTEGER,
   UNIQUE (shot_id, name)
 );
-CREATE INDEX job_ready ON job (priority DESC, id) WHERE state = 'ready';
+CREATE INDEX job_ready ON job (priority DESC, stage DESC, id) WHERE state = 'ready';
 CREATE INDEX job_active ON job (state) WHERE state IN ('leased', 'running', 'reconnect');
-CREATE INDEX job_by_kind ON job (shot_id, kind, state);
+CREATE INDEX job_by_kind ON job (shot_id, generation, kind, state);
 
 CREATE TABLE dependency (
   job_id   INTEGER NOT NULL REFERENCES job(id),
@@ -84,6 +87,7 @@ CREATE TABLE attempt (
   number      INTEGER NOT NULL,
   token       INTEGER NOT NULL,
   worker_id   TEXT NOT NULL,
+  key         TEXT NOT NULL,            -- of the result that it makes; the job's key may change meanwhile
   state       TEXT NOT NULL,            -- leased | running | ended
   outcome     TEXT NOT NULL DEFAULT '', -- done | failed | crashed | canceled | lost | stale
   error_kind  TEXT NOT NULL DEFAULT '',

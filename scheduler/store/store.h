@@ -1,0 +1,110 @@
+#pragma once
+/// The farm's truth: the one connection that writes. One thread uses it.
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scheduler/store/rows.h"
+#include "scheduler/store/sqlite.h"
+#include "schema/base/clock.h"
+
+namespace vantage {
+
+/// All changes between begin() and commit() become durable together, or not at all.
+class Store {
+ public:
+  /// Opens, checks and migrates FILE. Throws as migrate() does.
+  Store(const std::filesystem::path& file, const Clock& clock);
+
+  void begin();
+  void commit();
+  void rollback();
+  /// Undoes what fn wrote when it throws, and lets the exception through; the transaction goes on.
+  void guarded(const std::function<void()>& fn);
+
+  std::string meta(const std::string& key);
+  void set_meta(const std::string& key, const std::string& value);
+
+  // Shots.
+  /// Makes the row, or starts its next generation, and returns it in state running.
+  ShotRow submit_shot(const std::filesystem::path& folder, const std::string& name, const std::string& until_kind,
+                      int priority);
+  std::optional<ShotRow> shot(ShotId id);
+  std::vector<ShotRow> shots_in_state(const std::string& state);
+  void set_shot_state(ShotId id, const std::string& state, const std::string& error);
+  void set_shot_priority(ShotId id, int priority);
+
+  // Jobs.
+  std::optional<JobRow> job(JobId id);
+  std::optional<JobRow> find_job(ShotId shot, const std::string& name);
+  std::vector<JobRow> jobs_of(ShotId shot);
+  /// Jobs of the shot's present plan in one of these states.
+  std::vector<JobId> planned_in_states(ShotId shot, std::initializer_list<JobState> states);
+  int num_planned_unfinished(ShotId shot);
+  int num_planned_bad(ShotId shot);
+  /// New row in state blocked.
+  JobId insert_job(const JobRow& row);
+  /// What the plan says of the job: kind to timeout_s, generation and plan_hash; not its state, key or counters.
+  void update_plan(const JobRow& row);
+  void set_generation(JobId id, std::int64_t generation);
+  void set_needs(JobId id, const std::vector<JobId>& needs, int num_unmet);
+  void set_num_unmet(JobId id, int num_unmet);
+  void set_key(JobId id, const std::string& key, const std::string& identity);
+  void set_content(JobId id, const std::string& content);
+  void set_job_priority(JobId id, int priority);
+  void set_progress(JobId id, const std::string& phase, double progress);
+  void set_resources(JobId id, int ram_mb, int timeout_s);
+  void set_retry(JobId id, int num_failures, int num_crashes, std::int64_t not_before_ms);
+  void set_error(JobId id, const std::string& error_kind, const std::string& error);
+  void set_cost(JobId id, std::int64_t wall_ms, int peak_rss_mb);
+  std::vector<JobId> needs_of(JobId id);
+  /// Jobs that need this one, of the same generation.
+  std::vector<JobId> dependents_of(JobId id);
+
+  /// The one way to change a state: checks the table of moves, writes the reason and an event, keeps num_unmet of the
+  /// jobs that need this one. Moving to the state that it has is nothing.
+  void move(JobId id, JobState to, const std::string& reason);
+
+  // Attempts.
+  struct Fit {
+    int free_cores = 0, free_ram_mb = 0;
+    int largest_cores = 0, largest_ram_mb = 0;  ///< of any worker: a job that asks for more gets all of that
+    bool alone = false;                         ///< nothing else runs there: may take a job that crashed before
+  };
+  /// The job that a worker should take next. Empty when none fits.
+  std::optional<JobRow> next_to_claim(const Fit& fit);
+  /// A job that crashed before and waits for a worker of its own.
+  bool waits_to_run_alone();
+  /// Number and token of a new attempt; the job's own row counts it.
+  AttemptRef begin_attempt(const JobRow& job, const std::string& worker_id, std::int64_t token,
+                           const std::string& log_path);
+  void start_attempt(const AttemptRef& ref);
+  void end_attempt(const AttemptRef& ref, const std::string& outcome, const DoneAttempt& report);
+  /// A worker that was thought lost still has it.
+  void reopen_attempt(const AttemptRef& ref);
+  /// Empty also when number or token differ.
+  std::optional<AttemptRow> attempt(const AttemptRef& ref);
+  std::vector<AttemptRow> open_attempts();
+  std::vector<AttemptRow> open_attempts_of(JobId job);
+
+  // Workers and events.
+  void upsert_worker(const WorkerReport& report, const std::string& state);
+  void set_worker_state(const std::string& id, const std::string& state);
+  std::optional<std::string> worker_state(const std::string& id);
+  void add_event(std::optional<ShotId> shot, std::optional<JobId> job, const std::string& worker,
+                 const std::string& kind, const std::string& text);
+
+  /// Hash of a file's bytes; read only when size, time of change or inode differ from the last time.
+  /// Throws Error(BadInput) when the file is not there.
+  std::string source_hash(const std::filesystem::path& path);
+
+  Sqlite& db() { return db_; }
+  const Clock& clock() const { return clock_; }
+
+ private:
+  Sqlite db_;
+  const Clock& clock_;
+};
+
+}  // namespace vantage
