@@ -13,7 +13,7 @@ namespace vantage {
 struct ShotCamera {
   std::string name;           ///< letters, digits, '_' and '-'; unique
   std::string footage;        ///< video file, or a glob of stills, relative to shot.toml
-  std::optional<double> fps;  ///< needed for stills (default 1); for a video it overrides nothing but a missing rate
+  std::optional<double> fps;  ///< needed for stills (default 1); of a video with a constant rate it replaces that rate
   std::optional<double> start_s;  ///< shot time of the first frame; needed with [sync] method = "known"
   bool moving = false;            ///< hand-held: a pose per frame
   std::string mask, key_color, calibration;

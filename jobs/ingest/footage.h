@@ -1,0 +1,39 @@
+#pragma once
+#include <filesystem>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "jobs/ingest/time_stamps.h"
+
+namespace vantage {
+
+/// Pictures of one camera in order of presentation, read one after the other.
+class Footage {
+ public:
+  virtual ~Footage() = default;
+  /// 8-bit BGR, upright (rotation noted in the file is applied); empty at the end. All are of one size, at least
+  /// kMinSidePx. Throws Error(BadInput) naming the file.
+  virtual cv::Mat next() = 0;
+  /// Number of frames that the file says it has; may be wrong, 0 when it does not say.
+  virtual int num_promised() const = 0;
+  /// Once next() has come to the end. scratch: a folder for temporary files.
+  virtual TimeStamps times(const std::filesystem::path& scratch) const = 0;
+  /// The last picture is well before the end that the file promises. Once next() has come to the end.
+  virtual bool is_truncated() const = 0;
+};
+
+constexpr int kMinSidePx = 64;
+constexpr double kDefaultStillsFps = 1;
+
+/// declared_fps: time of stills; video is told by its time stamps, see declare_fps().
+/// Throws Error(BadInput): not there, not a video, not a picture, too small, stills of different sizes.
+std::unique_ptr<Footage> open_stills(std::vector<std::filesystem::path> files, std::optional<double> declared_fps);
+std::unique_ptr<Footage> open_video(const std::filesystem::path& file);
+
+/// One still as 8-bit BGR; EXR is linear light and becomes sRGB. Throws Error(BadInput).
+cv::Mat read_still(const std::filesystem::path& file);
+
+}  // namespace vantage
