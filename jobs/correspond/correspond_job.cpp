@@ -1,7 +1,61 @@
 #include "jobs/correspond/correspond_job.h"
 
-namespace vantage {
+#include <algorithm>
+#include <set>
 
-std::vector<WorkUnit> CorrespondJob::split(const ShotState&, const Params&) { return {}; }
+#include "jobs/views/depth_edges.h"
+#include "jobs/views/virtual_view.h"
+
+namespace vantage {
+namespace {
+
+using EdgeSet = std::set<std::pair<int, int>>;
+
+EdgeSet wanted_edges(const Shot& shot, const Calibration& calibration, const Navspace& navspace) {
+  if (shot.has_section("depth") || (shot.has_section("correspond") && shot.renders.empty()))
+    return {navspace.edges.begin(), navspace.edges.end()};
+  RenderNeeds needs = render_needs(shot, calibration, navspace);
+  needs.edges.merge(DepthEdges(navspace, shot).needed_by(needs.depths));
+  return needs.edges;
+}
+
+/// Cost volume and path sums take 3 bytes a label and pixel, the rest about 150 bytes a pixel.
+Need need_of(const Pinhole& pinhole, const CorrespondJob::Params& params) {
+  const double megapixels = 1e-6 * pinhole.width * pinhole.height;
+  const double mb =
+      200 + 3.0 * params.max_depths * std::min(megapixels, params.max_stereo_megapixels) + 150 * megapixels;
+  return {.cores = 1, .ram_mb = static_cast<int>(mb)};
+}
+
+WorkUnit unit_of(const ImageId& first, const ImageId& second, const Calibration& calibration,
+                 const CorrespondJob::Params& params) {
+  const std::string a = first.label(), b = second.label();
+  WorkUnit unit;
+  unit.name = "correspond/" + a + "__" + b;
+  unit.params = params_to_json(params);
+  unit.unit = {{"first", a}, {"second", b}};
+  unit.needs = {"calibrate", "ingest/" + first.camera};
+  if (second.camera != first.camera) unit.needs.push_back("ingest/" + second.camera);
+  unit.links = {{"forward.exr", "flow/" + a + "__" + b + ".exr"}, {"backward.exr", "flow/" + b + "__" + a + ".exr"}};
+  unit.need = need_of(calibration.camera(first.camera).pinhole, params);
+  return unit;
+}
+
+}  // namespace
+
+std::vector<WorkUnit> CorrespondJob::split(const ShotState& state, const Params& params) {
+  const auto calibrated = state.artifact("calibrate"), space = state.artifact("navspace");
+  if (!calibrated || !space) return {};
+  const Calibration calibration = read_calibration(*calibrated);
+  const Navspace navspace = read_navspace(*space);
+  std::vector<WorkUnit> units;
+  for (const auto& [a, b] : wanted_edges(state.shot(), calibration, navspace)) {
+    const auto image = [&](int vertex) -> const ImageId& {
+      return navspace.vertices[static_cast<std::size_t>(vertex)].image;
+    };
+    units.push_back(unit_of(image(std::min(a, b)), image(std::max(a, b)), calibration, params));
+  }
+  return units;
+}
 
 }  // namespace vantage

@@ -1,8 +1,73 @@
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
 #include "jobs/correspond/correspond_job.h"
+#include "jobs/correspond/match_images.h"
+#include "jobs/vision/shot_images.h"
 #include "schema/base/error.h"
 
 namespace vantage {
+namespace {
 
-void CorrespondJob::run(JobContext&, const Params&) { throw Error(ErrorKind::Bug, "correspond is not written yet"); }
+constexpr int kPreviewWidth = 480;
+
+ImageId image_of(const JobContext& context, const char* key) {
+  const auto image = ImageId::parse(context.unit().at(key).get<std::string>());
+  check(image.has_value(), "the unit of a correspond job names two images");
+  return *image;
+}
+
+PosedPicture posed(ShotImages& images, const ImageId& image, const cv::Mat& bgr) {
+  PosedPicture picture{{}, images.pinhole(image), images.cam_from_world(image)};
+  cv::cvtColor(bgr, picture.grey, cv::COLOR_BGR2GRAY);
+  return picture;
+}
+
+/// Colours reach full saturation at the longest motion that is not an outlier.
+double longest_motion_px(const FlowMap& flow) {
+  std::vector<float> lengths;
+  for (int y = 0; y < flow.motion_px.rows; y += 4)
+    for (int x = 0; x < flow.motion_px.cols; x += 4)
+      if (flow.confidence(y, x) > 0) lengths.push_back(static_cast<float>(cv::norm(flow.motion_px(y, x))));
+  if (lengths.empty()) return 1;
+  const auto late = lengths.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(lengths.size() - 1));
+  std::nth_element(lengths.begin(), late, lengths.end());
+  return std::max(1.0F, *late);
+}
+
+/// First picture, second picture, motion from the first to the second.
+cv::Mat preview(const cv::Mat& first, const cv::Mat& second, const FlowMap& forward) {
+  std::vector<cv::Mat> tiles{first, second, flow_picture(forward, longest_motion_px(forward))};
+  const int width = kPreviewWidth / static_cast<int>(tiles.size());
+  for (cv::Mat& tile : tiles)
+    cv::resize(tile, tile, cv::Size(width, std::max(1, width * first.rows / first.cols)), 0, 0, cv::INTER_AREA);
+  cv::Mat row;
+  cv::hconcat(tiles, row);
+  return row;
+}
+
+}  // namespace
+
+void CorrespondJob::run(JobContext& context, const Params& params) {
+  const ImageId first = image_of(context, "first"), second = image_of(context, "second");
+  ShotImages images(context);
+  const cv::Mat bgr_first = images.bgr(first), bgr_second = images.bgr(second);
+  const PosedPicture a = posed(images, first, bgr_first), b = posed(images, second, bgr_second);
+
+  context.progress(0.1, "matching");
+  const MatchOptions options{
+      .consistent_px = static_cast<float>(params.consistent_px),
+      .stereo = {.max_pixels = static_cast<int>(1e6 * params.max_stereo_megapixels), .max_labels = params.max_depths}};
+  const ImageMatch match = match_images(a, b, options);
+
+  context.progress(0.9, "writing");
+  write_flow(context.out("forward.exr"), match.forward);
+  write_flow(context.out("backward.exr"), match.backward);
+  write_picture(context.out("preview.jpg"), preview(bgr_first, bgr_second, match.forward));
+  context.figure("consistent_percent", confident_percent(match.forward));
+  if (match.model == ImageMatch::Model::StaticScene)
+    context.figure("epipolar_residual_median_px", median_epipolar_residual_px(match, a, b));
+}
 
 }  // namespace vantage

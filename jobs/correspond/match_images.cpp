@@ -1,0 +1,93 @@
+#include "jobs/correspond/match_images.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "jobs/correspond/dis_flow.h"
+#include "jobs/correspond/fuse_flow.h"
+
+namespace vantage {
+namespace {
+
+/// Poses nearer than these (radians; share of the distance between centre and world origin) are one pose.
+constexpr double kSamePose = 1e-7;
+/// Standard deviation of the round trip of a good match.
+constexpr float kRoundTripSigma_px = 0.7F;
+
+bool same_view(const PosedPicture& a, const PosedPicture& b) {
+  const double scale = std::max(1e-12, a.cam_from_world.t.norm());
+  const Pinhole &p = a.pinhole, &q = b.pinhole;
+  return (a.cam_from_world.R - b.cam_from_world.R).norm() < kSamePose &&
+         (a.cam_from_world.t - b.cam_from_world.t).norm() < kSamePose * scale && p.width == q.width &&
+         p.height == q.height && p.fx == q.fx && p.fy == q.fy && p.cx == q.cx && p.cy == q.cy;
+}
+
+FlowPair search(const cv::Mat1b& a, const cv::Mat1b& b, const FlowPair& start) {
+  return {dis_flow(a, b, start.a_to_b), dis_flow(b, a, start.b_to_a)};
+}
+
+cv::Mat1f confidence(const cv::Mat2f& motion, const cv::Mat2f& back, float consistent_px) {
+  cv::Mat1f round_trip = round_trip_px(motion, back);
+  for (float& value : round_trip)
+    value = value > consistent_px ? 0.0F : std::exp(-value * value / (2 * kRoundTripSigma_px * kRoundTripSigma_px));
+  return round_trip;
+}
+
+/// Nothing moved, but for what DIS saw move.
+FlowPair fixed_camera_flow(const cv::Mat1b& a, const cv::Mat1b& b, const MatchOptions& options) {
+  const FlowPair still{cv::Mat2f(a.size(), cv::Vec2f(0, 0)), cv::Mat2f(b.size(), cv::Vec2f(0, 0))};
+  return fuse_flows(a, b, still, search(a, b, {}), {.consistent_px = options.consistent_px});
+}
+
+FlowPair static_scene_flow(const cv::Mat1b& a, const cv::Mat1b& b, const FlowPair& stereo,
+                           const MatchOptions& options) {
+  FlowPair flow = fuse_flows(a, b, stereo, search(a, b, stereo), {.consistent_px = options.consistent_px});
+  refine_flow(a, b, flow.a_to_b);
+  refine_flow(b, a, flow.b_to_a);
+  return flow;
+}
+
+}  // namespace
+
+ImageMatch match_images(const PosedPicture& a, const PosedPicture& b, const MatchOptions& options) {
+  const cv::Mat1b levelled = with_levels_of(a.grey, b.grey);
+  ImageMatch match;
+  FlowPair flow;
+  if (same_view(a, b)) {
+    match.model = ImageMatch::Model::FixedCamera;
+    flow = fixed_camera_flow(a.grey, levelled, options);
+  } else if (FlowPair stereo; stereo_flow(a, b, options.stereo, stereo)) {
+    match.model = ImageMatch::Model::StaticScene;
+    flow = static_scene_flow(a.grey, levelled, stereo, options);
+  } else {
+    flow = search(a.grey, levelled, {});
+  }
+  match.forward = {flow.a_to_b, confidence(flow.a_to_b, flow.b_to_a, options.consistent_px)};
+  match.backward = {flow.b_to_a, confidence(flow.b_to_a, flow.a_to_b, options.consistent_px)};
+  return match;
+}
+
+double median_epipolar_residual_px(const ImageMatch& match, const PosedPicture& a, const PosedPicture& b) {
+  const TwoView views(a.pinhole, a.cam_from_world, b.pinhole, b.cam_from_world);
+  std::vector<double> residuals;
+  for (int y = 0; y < a.grey.rows; y += 2)
+    for (int x = 0; x < a.grey.cols; x += 2) {
+      if (match.forward.confidence(y, x) <= 0) continue;
+      const cv::Vec2f m = match.forward.motion_px(y, x);
+      const Eigen::Vector2d px(x + 0.5, y + 0.5);
+      if (const auto fit = fit_inverse_depth(views, px, px + Eigen::Vector2d(m[0], m[1])))
+        residuals.push_back(fit->residual_px);
+    }
+  if (residuals.empty()) return 0;
+  const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+  std::nth_element(residuals.begin(), middle, residuals.end());
+  return *middle;
+}
+
+double confident_percent(const FlowMap& flow) {
+  return 100.0 * cv::countNonZero(flow.confidence > 0) /
+         static_cast<double>(std::max<std::size_t>(1, flow.confidence.total()));
+}
+
+}  // namespace vantage
