@@ -4,12 +4,23 @@
 
 namespace vantage {
 
-/// One clock per camera from all pair offsets.
+/// One clock per camera from all pair offsets, or from start_s when clocks are known. The first camera is the
+/// reference: its offset is its start_s (default 0), its rate 1.
 struct AlignJob {
   struct Params {
-    void fields(auto&&) {}
+    double max_inconsistency_std = 4;
+    double max_inconsistency_frames = 0.5;
+
+    void fields(auto&& field) {
+      field("max_inconsistency_std", max_inconsistency_std, Range{1, 100},
+            "a pair farther than this many standard deviations from what all others say is rejected");
+      field("max_inconsistency_frames", max_inconsistency_frames, Range{0.05, 100}, "or farther than this many frames");
+    }
   };
-  static KindSpec spec() { return {.name = "align", .version = 1, .reads = "all pair offsets", .publishes = "one clock per camera"}; }
+  static KindSpec spec() {
+    return {.name = "align", .version = 1, .reads = "all pair offsets", .publishes = "one clock per camera"};
+  }
+  /// Throws Error(BadInput) when clocks are said to be known and a camera has no start_s.
   static std::vector<WorkUnit> split(const ShotState& state, const Params& params);
   static void run(JobContext& context, const Params& params);
 };

@@ -1,8 +1,103 @@
+#include <fmt/format.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "jobs/sync/motion_offset.h"
+#include "jobs/sync/scan_picture.h"
 #include "jobs/sync/sync_job.h"
-#include "schema/base/error.h"
+#include "jobs/vision/shot_images.h"
 
 namespace vantage {
+namespace {
 
-void SyncJob::run(JobContext&, const Params&) { throw Error(ErrorKind::Bug, "sync is not written yet"); }
+/// More tracks than this add time but no certainty.
+constexpr std::size_t kMaxTracksPerCamera = 600;
+
+PairOffset empty_answer(const JobContext& context, const std::string& method) {
+  PairOffset offset{.a = context.unit().at("a"), .b = context.unit().at("b"), .method = method, .verdict = {}};
+  return offset;
+}
+
+void publish(JobContext& context, const PairOffset& offset) {
+  write_pair_offset(context.out("offset.json"), offset);
+  context.figure("offset_s", offset.offset_s);
+  context.figure("std_s", offset.std_s);
+  context.figure("determined", offset.determined);
+  context.figure("inliers", offset.num_inliers);
+  context.figure("verdict", offset.verdict);
+}
+
+void run_audio(JobContext& context, const SyncJob::Params& params) {
+  PairOffset offset = empty_answer(context, "audio");
+  const auto a = sync::read_envelope(context.input("ingest/" + offset.a)),
+             b = sync::read_envelope(context.input("ingest/" + offset.b));
+  if (!a || !b)
+    sync::undetermined(offset, (a ? offset.b : offset.a) + " has no sound");
+  else
+    sync::judge_audio(offset, sync::correlate_envelopes(*a, *b, params.max_offset_s));
+  publish(context, offset);
+}
+
+sync::GreyFrames grey_frames(const JobContext& context, const Calibration& calibration, const std::string& camera) {
+  std::shared_ptr<Undistorter> undistorter;
+  if (calibration.cameras.contains(camera)) undistorter = std::make_shared<Undistorter>(calibration.camera(camera));
+  return [folder = context.input("ingest/" + camera), undistorter](int frame) {
+    cv::Mat bgr = read_picture(frame_path(folder, frame));
+    if (undistorter) bgr = undistorter->apply(bgr);
+    cv::Mat1b grey;
+    cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
+    return grey;
+  };
+}
+
+sync::MotionInput read_input(const JobContext& context, const std::string& a, const std::string& b) {
+  const Calibration calibration = read_calibration(context.input("calibrate"));
+  const bool moving_a = context.unit().at("moving_a"), moving_b = context.unit().at("moving_b");
+  sync::MotionInput in;
+  in.table_a = read_frame_table(context.input("ingest/" + a));
+  in.table_b = read_frame_table(context.input("ingest/" + b));
+  in.a = sync::moving_tracks(read_tracks(context.input("track/" + a)), in.table_a, kMaxTracksPerCamera);
+  in.b = sync::moving_tracks(read_tracks(context.input("track/" + b)), in.table_b, kMaxTracksPerCamera);
+  if (sync::is_calibrated(calibration, a) && sync::is_calibrated(calibration, b))
+    in.geometry.emplace(sync::CameraPath(calibration, in.table_a, moving_a),
+                        sync::CameraPath(calibration, in.table_b, moving_b));
+  in.static_cameras = !moving_a && !moving_b;
+  in.grey_a = grey_frames(context, calibration, a);
+  in.grey_b = grey_frames(context, calibration, b);
+  return in;
+}
+
+void run_motion(JobContext& context, const SyncJob::Params& params) {
+  PairOffset names = empty_answer(context, "motion");
+  context.progress(0.05, "reading tracks");
+  const sync::MotionInput input = read_input(context, names.a, names.b);
+  if (!input.geometry)
+    context.warn(
+        fmt::format("{} or {} is not calibrated: only the ways that need no calibration are tried", names.a, names.b));
+  context.progress(0.2, "finding the offset");
+  sync::MotionAnswer answer = sync::offset_from_motion(input, params);
+  answer.offset.a = names.a;
+  answer.offset.b = names.b;
+  publish(context, answer.offset);
+  context.figure("matches", answer.num_matches);
+  context.figure("contrast", std::min(answer.contrast, 1e3));
+  if (answer.fit) {
+    context.figure("noise_px", answer.fit->noise_px);
+    context.figure("bias_px", answer.fit->bias_px);
+    context.figure("effective_tracks", answer.fit->effective_tracks);
+  }
+  write_picture(context.out("preview.jpg"),
+                sync::scan_picture(answer.scan, answer.offset.offset_s, answer.offset.determined));
+}
+
+}  // namespace
+
+void SyncJob::run(JobContext& context, const Params& params) {
+  check(params.method == "motion" || params.method == "audio", "known clocks need no sync jobs");
+  if (params.method == "audio")
+    run_audio(context, params);
+  else
+    run_motion(context, params);
+}
 
 }  // namespace vantage

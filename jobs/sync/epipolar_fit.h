@@ -1,0 +1,41 @@
+#pragma once
+#include <optional>
+#include <vector>
+
+#include "jobs/sync/pair_geometry.h"
+#include "jobs/sync/timed_track.h"
+
+namespace vantage::sync {
+
+/// The path of one point in camera a and in camera b, each on its own footage time.
+struct PathPair {
+  TimedTrack a, b;
+};
+
+struct FitOptions {
+  double max_epipolar_px = 6;  ///< samples farther from their epipolar line take no part
+  bool estimate_rate = false;
+};
+
+/// t_a = offset_s + rate * t_b.
+struct OffsetFit {
+  double offset_s = 0, rate = 1;
+  double std_s = 0, rate_std = 0;
+  double noise_px = 0;          ///< of a sample about its track's mean residual
+  double bias_px = 0;           ///< of the tracks' mean residuals
+  double effective_tracks = 0;  ///< (Σ information)² / Σ information²: how many tracks the answer rests on
+  int num_tracks = 0;           ///< with a weight above one half
+};
+
+/// Maximum likelihood offset, given the cameras: signed Sampson distances r of paired points against the one unknown.
+/// Tracked points of a pair are seldom quite the same point, so a pair's residuals share an unknown bias b:
+///   r_k = b + noise_k,  covariance σ² I + σ_b² 1 1ᵀ,
+/// and a pair whose point crosses its epipolar lines at constant speed says no more than σ_b / speed, however many
+/// samples it has. Pairs are weighed by Cauchy's function of their Mahalanobis distance; σ and σ_b are estimated
+/// alongside (medians). std_s is the larger of the Fisher information's (inflated by the reduced χ²) and the sandwich
+/// estimate over pairs. Empty when nothing in the pairs tells time, or the iteration leaves its start by over
+/// max_step_s.
+std::optional<OffsetFit> fit_offset(const std::vector<PathPair>& pairs, const PairGeometry& geometry,
+                                    double start_offset_s, double max_step_s, const FitOptions& options = {});
+
+}  // namespace vantage::sync

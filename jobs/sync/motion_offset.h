@@ -1,0 +1,30 @@
+#pragma once
+#include "jobs/sync/cross_view.h"
+#include "jobs/sync/sync_job.h"
+#include "jobs/sync/verdict.h"
+
+namespace vantage::sync {
+
+/// What the motion method looks at.
+struct MotionInput {
+  FrameTable table_a, table_b;
+  std::vector<TimedTrack> a, b;
+  std::optional<PairGeometry> geometry;  ///< empty: not calibrated
+  bool static_cameras = true;
+  GreyFrames grey_a, grey_b;
+};
+
+/// What it has to say: the offset, and the scores that led to it (empty after `codes`).
+struct MotionAnswer {
+  PairOffset offset;
+  OffsetScan scan;
+  std::optional<OffsetFit> fit;
+  std::size_t num_matches = 0;
+  double contrast = 0;
+};
+
+/// The two steps of Klose et al. 2011, §4, each in the way that the options choose. Cameras without calibration get the
+/// ways that need none.
+MotionAnswer offset_from_motion(const MotionInput& input, const SyncJob::Params& params);
+
+}  // namespace vantage::sync
