@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <sstream>
+#include <string>
 
 namespace vantage {
 namespace {
@@ -22,7 +23,7 @@ std::string contents_of(int fd) {
 }
 }  // namespace
 
-QuietStderr::QuietStderr(std::string prefix) : prefix_(std::move(prefix)), one_at_a_time_(stderr_mutex()) {
+QuietStderr::QuietStderr() : one_at_a_time_(stderr_mutex()) {
   held_fd_ = memfd_create("stderr", MFD_CLOEXEC);
   stderr_fd_ = fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3);
   if (held_fd_ >= 0 && stderr_fd_ >= 0) dup2(held_fd_, STDERR_FILENO);
@@ -33,7 +34,7 @@ QuietStderr::~QuietStderr() {
     dup2(stderr_fd_, STDERR_FILENO);
     std::istringstream lines(contents_of(held_fd_));
     for (std::string line; std::getline(lines, line);) {
-      if (line.starts_with(prefix_)) continue;
+      if (line.starts_with("LCM tcpq") || line.starts_with("lcm_tcpq")) continue;
       line += '\n';
       [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, line.data(), line.size());
     }

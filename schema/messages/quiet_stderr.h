@@ -1,6 +1,5 @@
 #pragma once
 #include <mutex>
-#include <string>
 
 namespace vantage {
 
@@ -9,13 +8,12 @@ namespace vantage {
 /// lines.
 class QuietStderr {
  public:
-  explicit QuietStderr(std::string prefix);
+  QuietStderr();
   ~QuietStderr();
   QuietStderr(const QuietStderr&) = delete;
   QuietStderr& operator=(const QuietStderr&) = delete;
 
  private:
-  std::string prefix_;
   std::unique_lock<std::mutex> one_at_a_time_;
   int held_fd_ = -1;    ///< memory file that stands in for stderr
   int stderr_fd_ = -1;  ///< the real one, meanwhile

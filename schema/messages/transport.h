@@ -53,7 +53,9 @@ class LcmTransport {
   void run();
   void connect();
   void connect_if_broker_answers();
-  void disconnect(const std::string& why);
+  bool reconnect();
+  void note_result(int result);
+  void abandon();
   void wait();
   void send_waiting();
   void receive_waiting();

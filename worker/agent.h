@@ -1,0 +1,105 @@
+#pragma once
+/// What a worker decides, as plain functions over values: no clock, no process, no message in here.
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "schema/messages/protocol.h"
+
+namespace vantage {
+
+struct AgentConfig {
+  std::string worker_id;
+  std::int64_t incarnation = 0;
+  std::string host, pool;
+  std::int32_t slots = 1, cores = 1, ram_mb = 0;
+};
+
+/// How a child ended, as the edge saw it.
+struct ChildExit {
+  AttemptRef ref;
+  std::int32_t exit_code = 0, signal = 0;
+  std::int64_t wall_ms = 0;
+  std::int32_t peak_rss_mb = 0;
+  bool out_of_memory = false;  ///< the kernel killed something for lack of memory while it ran
+  bool has_outcome = false;    ///< it wrote one: `outcome` holds what it says
+  DoneAttempt outcome;
+};
+
+struct SignalChild {
+  AttemptRef ref;
+  int signal = 0;  ///< to its whole process group
+};
+
+/// What the edge must do now. Starts that fail come back as on_child_exit.
+struct Actions {
+  std::vector<Assignment> start;
+  std::vector<SignalChild> signals;
+  bool state_changed = false;  ///< report soon
+  bool outbox_grew = false;    ///< make done_unacked() durable
+};
+
+/// Holds the attempts that the scheduler assigned: queued, then running, then done until acknowledged. Level-triggered:
+/// orders are the whole wish, the report is the whole state. One thread; times are monotonic milliseconds.
+class Agent {
+ public:
+  /// unacked: what an earlier incarnation finished and nobody acknowledged.
+  Agent(AgentConfig config, std::vector<DoneAttempt> unacked);
+
+  /// Orders for another incarnation, or older than what was seen, change nothing.
+  Actions on_orders(const WorkerOrders& orders, std::int64_t now_ms);
+  Actions on_child_exit(const ChildExit& exit, std::int64_t now_ms);
+  /// Time-outs, memory limits, kills that follow a polite request; starts nothing once the lease has run out.
+  Actions on_tick(std::int64_t now_ms);
+  /// Progress and memory of a running child.
+  Actions on_progress(const RunningAttempt& seen);
+  /// Finish what runs, start nothing more; cannot be taken back.
+  Actions on_drain_request();
+  /// Stop everything now.
+  Actions on_quit_request(std::int64_t now_ms);
+
+  WorkerReport report(std::int32_t free_disk_mb);
+  const std::vector<DoneAttempt>& done_unacked() const { return done_unacked_; }
+  bool has_running() const { return !running_.empty(); }
+  bool has_seen_orders() const { return last_orders_ms_ >= 0; }
+  /// Draining by request, nothing runs any more.
+  bool is_drained() const { return drain_requested_ && running_.empty(); }
+
+ private:
+  enum class Stop { None, Canceled, Unwanted, TimedOut, TooMuchMemory };
+  struct Running {
+    Assignment assignment;
+    RunningAttempt figures;
+    std::int64_t started_ms = 0;
+    Stop stop = Stop::None;
+    std::int64_t kill_at_ms = 0;  ///< after a TERM
+  };
+
+  bool is_for_us_and_new(const WorkerOrders& orders) const;
+  void take_acks(const WorkerOrders& orders, Actions& actions);
+  void take_assigned(const WorkerOrders& orders, Actions& actions);
+  void stop_absent(const WorkerOrders& orders, std::int64_t now_ms, Actions& actions);
+  void cancel(const AttemptRef& ref, std::int64_t now_ms, Actions& actions);
+  void stop(Running& running, Stop why, std::int64_t now_ms, Actions& actions);
+  void start_queued(std::int64_t now_ms, Actions& actions);
+  bool has_room_for(const Assignment& next) const;
+  bool may_start(std::int64_t now_ms) const;
+  DoneAttempt outcome_of(const ChildExit& exit, const Running& running) const;
+  void finish(DoneAttempt done, Actions& actions);
+  void remember_finished(const AttemptRef& ref);
+
+  AgentConfig config_;
+  std::deque<Assignment> queued_;
+  std::map<AttemptRef, Running> running_;
+  std::vector<DoneAttempt> done_unacked_;
+  std::deque<AttemptRef> recently_finished_;  ///< never to be started again, whatever late orders say
+  std::int64_t epoch_seen_ = 0, orders_seq_seen_ = 0;
+  std::int64_t last_orders_ms_ = -1;
+  std::int64_t lease_ms_ = 0;
+  std::int64_t report_seq_ = 0;
+  bool drain_ordered_ = false, drain_requested_ = false;
+};
+
+}  // namespace vantage

@@ -1,0 +1,23 @@
+#pragma once
+#include <filesystem>
+#include <string>
+
+namespace vantage {
+
+struct WorkerOptions {
+  std::string bus_url;
+  std::filesystem::path farm_key_file;
+  std::filesystem::path state_dir;
+  int slots = 1;
+  std::string pool = "default";
+  int cores = 0;   ///< 0: all this process may use
+  int ram_mb = 0;  ///< 0: nine tenths of the machine's
+  bool die_with_parent = false;
+};
+
+/// Serves a farm until told to stop: SIGTERM finishes what runs, a second SIGTERM or SIGINT stops it. Returns the exit
+/// status. Throws Error(BadInput) for options that cannot work. Blocks signals of the calling thread: call it from
+/// main, before other threads are made.
+int run_worker(const WorkerOptions& options);
+
+}  // namespace vantage
