@@ -1,7 +1,74 @@
 #include "jobs/render/render_job.h"
 
-namespace vantage {
+#include <fmt/format.h>
 
-std::vector<WorkUnit> RenderJob::split(const ShotState&, const Params&) { return {}; }
+#include <set>
+
+#include "jobs/views/frame_plan.h"
+#include "schema/base/error.h"
+
+namespace vantage {
+namespace {
+
+/// Measured: colours, depth and places of an image, and its layer, take about 100 bytes a pixel.
+int ram_mb(const FramePlan& plan, const Calibration& calibration) {
+  double pixels = 0;
+  for (const PlannedImage& image : plan.images) {
+    const Pinhole& p = calibration.camera(image.id.camera).pinhole;
+    pixels += 1.0 * p.width * p.height;
+  }
+  for (const PlannedEye& eye : plan.eyes)
+    pixels += static_cast<double>(plan.images.size()) * eye.pinhole.width * eye.pinhole.height;
+  return 300 + static_cast<int>(pixels * 100 / 1e6);
+}
+
+WorkUnit unit_of(const RenderRequest& request, const VirtualView& view, const Calibration& calibration,
+                 const Navspace& navspace) {
+  const FramePlan plan = plan_frame(view, request, navspace);
+  WorkUnit unit;
+  unit.name = render_job(request.name, view.frame);
+  unit.unit = to_json(plan);
+  std::set<std::string> cameras;
+  for (const PlannedImage& image : plan.images) cameras.insert(image.id.camera);
+  unit.needs.emplace_back("calibrate");
+  for (const std::string& camera : cameras) unit.needs.push_back("ingest/" + camera);
+  for (const auto& [a, b] : plan.edges)
+    unit.needs.push_back(
+        correspond_job(plan.images[static_cast<std::size_t>(a)].id, plan.images[static_cast<std::size_t>(b)].id));
+  if (plan.reads_depth())
+    for (const PlannedImage& image : plan.images) unit.needs.push_back(depth_job(image.id));
+  const std::string out = fmt::format("render/{}/frame.{:06d}", request.name, view.frame);
+  unit.links = {{"frame.exr", out + ".exr"}, {"frame.png", out + ".png"}};
+  unit.need = {.cores = 1, .ram_mb = ram_mb(plan, calibration), .timeout_s = 3600};
+  return unit;
+}
+
+}  // namespace
+
+void RenderJob::check(const Shot& shot) {
+  for (const RenderRequest& request : shot.renders) {
+    render_options(request);
+    if (request.views.empty()) continue;
+    const std::filesystem::path path = shot.folder / request.views;
+    if (!std::filesystem::is_regular_file(path))
+      throw Error(ErrorKind::BadInput, fmt::format("{}:{}: render '{}' names views {}, which does not exist",
+                                                   request.options.file, request.line, request.name, request.views));
+    if (read_views_file(path).views.empty())
+      throw Error(ErrorKind::BadInput, fmt::format("{}: has no views, needs one or more", path.string()));
+  }
+}
+
+std::vector<WorkUnit> RenderJob::split(const ShotState& state, const Params&) {
+  if (state.shot().renders.empty()) return {};
+  const auto calibrate = state.artifact("calibrate"), space = state.artifact("navspace");
+  if (!calibrate || !space) return {};
+  const Calibration calibration = read_calibration(*calibrate);
+  const Navspace navspace = read_navspace(*space);
+  std::vector<WorkUnit> units;
+  for (const RenderRequest& request : state.shot().renders)
+    for (const VirtualView& view : virtual_views(request, state.shot(), calibration, navspace))
+      units.push_back(unit_of(request, view, calibration, navspace));
+  return units;
+}
 
 }  // namespace vantage

@@ -1,8 +1,58 @@
+#include <fmt/format.h>
+
+#include <opencv2/imgproc.hpp>
+
 #include "jobs/render/render_job.h"
+#include "jobs/render/render_view.h"
+#include "jobs/render/write_frame.h"
+#include "jobs/vision/shot_images.h"
 #include "schema/base/error.h"
 
 namespace vantage {
+namespace {
 
-void RenderJob::run(JobContext&, const Params&) { throw Error(ErrorKind::Bug, "render is not written yet"); }
+std::vector<SourceImage> read_images(JobContext& context, const FramePlan& plan) {
+  ShotImages shot(context);
+  std::vector<SourceImage> images;
+  for (const PlannedImage& planned : plan.images) {
+    SourceImage image{
+        planned.id, planned.time_s, shot.pinhole(planned.id), shot.cam_from_world(planned.id), shot.bgr(planned.id), {},
+        {}};
+    if (plan.reads_depth()) image.depth = read_depth(context.input(depth_job(planned.id)) / "depth.exr");
+    images.push_back(std::move(image));
+  }
+  return images;
+}
+
+void read_flows(JobContext& context, const FramePlan& plan, std::vector<SourceImage>& images) {
+  for (const auto& [a, b] : plan.edges) {
+    const auto first = static_cast<std::size_t>(a), second = static_cast<std::size_t>(b);
+    const std::filesystem::path& folder = context.input(correspond_job(images[first].id, images[second].id));
+    images[first].flows[b] = read_flow(folder / "forward.exr");
+    images[second].flows[a] = read_flow(folder / "backward.exr");
+  }
+}
+
+}  // namespace
+
+void RenderJob::run(JobContext& context, const Params&) {
+  const FramePlan plan = frame_plan_from(context.unit());
+  context.progress(0, "reading");
+  std::vector<SourceImage> images = read_images(context, plan);
+  read_flows(context, plan, images);
+  std::vector<NamedPicture> views;
+  for (const PlannedEye& eye : plan.eyes) {
+    context.progress(0.2 + 0.7 * static_cast<double>(views.size()) / static_cast<double>(plan.eyes.size()), "drawing");
+    views.push_back({eye.name, render_eye(images, plan, eye)});
+  }
+  context.progress(0.9, "writing");
+  write_frame_exr(context.out("frame.exr"), views);
+  const cv::Mat png = frame_png(views);
+  write_picture(context.out("frame.png"), png);
+  const double known = cv::mean(views.front().picture.alpha)[0];
+  context.figure("images", images.size());
+  context.figure("holes_percent", 100 * (1 - known));
+  if (plan.outside) context.warn("the view lies outside the recording hull: drawn from the nearest images");
+}
 
 }  // namespace vantage

@@ -1,0 +1,168 @@
+#include "jobs/views/frame_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+namespace vantage {
+namespace {
+
+Json to_json(const Pinhole& p) {
+  return {{"width", p.width}, {"height", p.height}, {"fx", p.fx}, {"fy", p.fy}, {"cx", p.cx}, {"cy", p.cy}};
+}
+
+Pinhole pinhole_from(const Json& j) {
+  return {j.at("width"), j.at("height"), j.at("fx"), j.at("fy"), j.at("cx"), j.at("cy")};
+}
+
+Json to_json(const RigidTransform& pose) {
+  Json numbers = Json::array();
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) numbers.push_back(pose.R(r, c));
+  for (int r = 0; r < 3; ++r) numbers.push_back(pose.t[r]);
+  return numbers;
+}
+
+RigidTransform pose_from(const Json& j) {
+  RigidTransform pose;
+  for (std::size_t k = 0; k < 9; ++k) pose.R(static_cast<int>(k / 3), static_cast<int>(k % 3)) = j.at(k).get<double>();
+  for (std::size_t k = 0; k < 3; ++k) pose.t[static_cast<int>(k)] = j.at(9 + k).get<double>();
+  return pose;
+}
+
+Json to_json(const PlannedEye& eye) {
+  Json j = {{"name", eye.name},
+            {"pinhole", to_json(eye.pinhole)},
+            {"pose", to_json(eye.cam_from_world)},
+            {"mu", eye.mu},
+            {"share", eye.share}};
+  if (eye.disparity)
+    j["disparity"] = {eye.disparity->sign, eye.disparity->focal_baseline, eye.disparity->inverse_convergence,
+                      eye.disparity->gain, eye.disparity->offset_px};
+  return j;
+}
+
+PlannedEye eye_from(const Json& j) {
+  PlannedEye eye{j.at("name"), pinhole_from(j.at("pinhole")), pose_from(j.at("pose")), j.at("mu"), j.at("share"),
+                 std::nullopt};
+  if (j.contains("disparity")) {
+    const Json& d = j.at("disparity");
+    eye.disparity = DisparityRule{d.at(0), d.at(1), d.at(2), d.at(3), d.at(4)};
+  }
+  return eye;
+}
+
+/// How much each image of one camera counts at time_s: the two around it linearly, beyond them nothing; the nearest
+/// when all lie on one side. Sum 1.
+std::vector<double> closeness(const std::vector<double>& times_s, double time_s) {
+  std::vector<double> weights(times_s.size(), 0);
+  int before = -1, after = -1;
+  for (int k = 0; k < static_cast<int>(times_s.size()); ++k) {
+    const double t = times_s[static_cast<std::size_t>(k)];
+    if (t <= time_s && (before < 0 || t > times_s[static_cast<std::size_t>(before)])) before = k;
+    if (t > time_s && (after < 0 || t < times_s[static_cast<std::size_t>(after)])) after = k;
+  }
+  if (before < 0 || after < 0) {
+    weights[static_cast<std::size_t>(std::max(before, after))] = 1;
+    return weights;
+  }
+  const double t0 = times_s[static_cast<std::size_t>(before)], t1 = times_s[static_cast<std::size_t>(after)];
+  weights[static_cast<std::size_t>(after)] = (time_s - t0) / (t1 - t0);
+  weights[static_cast<std::size_t>(before)] = 1 - weights[static_cast<std::size_t>(after)];
+  return weights;
+}
+
+/// Images of cameras outside the cell count this much: enough to fill what the others do not see, too little to be
+/// seen.
+constexpr double kFillShare = 1e-3;
+
+std::vector<double> shares(const std::vector<PlannedImage>& images, const std::vector<double>& mu, double time_s) {
+  std::map<std::string, std::vector<std::size_t>> by_camera;
+  for (std::size_t k = 0; k < images.size(); ++k) by_camera[images[k].id.camera].push_back(k);
+  std::vector<double> share(images.size());
+  double sum = 0;
+  for (const auto& [camera, members] : by_camera) {
+    double camera_mu = 0;
+    std::vector<double> times_s;
+    for (const std::size_t k : members) {
+      camera_mu += mu[k];
+      times_s.push_back(images[k].time_s);
+    }
+    const std::vector<double> close = closeness(times_s, time_s);
+    for (std::size_t m = 0; m < members.size(); ++m) {
+      share[members[m]] = std::max(camera_mu, kFillShare) * std::max(close[m], kFillShare);
+      sum += share[members[m]];
+    }
+  }
+  for (double& s : share) s /= sum;
+  return share;
+}
+
+/// Maps between frames of one camera carry motion; maps to images of the cell carry the interpolation itself.
+bool reads_edge(const FramePlan& plan, std::size_t a, std::size_t b) {
+  if (plan.method == "correspondence" || plan.images[a].id.camera == plan.images[b].id.camera) return true;
+  if (plan.method == "depth") return false;
+  return std::any_of(plan.eyes.begin(), plan.eyes.end(),
+                     [&](const PlannedEye& eye) { return eye.mu[a] > 0 || eye.mu[b] > 0; });
+}
+
+}  // namespace
+
+std::string correspond_job(const ImageId& first, const ImageId& second) {
+  return fmt::format("correspond/{}__{}", first.label(), second.label());
+}
+std::string depth_job(const ImageId& image) { return "depth/" + image.label(); }
+std::string render_job(const std::string& request, int frame) {
+  return fmt::format("render/{}/{:06d}", request, frame);
+}
+
+FramePlan plan_frame(const VirtualView& view, const RenderRequest& request, const Navspace& navspace) {
+  FramePlan plan;
+  plan.time_s = view.time_s;
+  plan.scene_distance = (view.cam_from_world * navspace.centre).norm();
+  plan.method = request.mode == "stereo-depth" ? "depth" : render_options(request).method;
+  plan.outside = view.location.outside;
+  std::map<int, std::size_t> place;
+  for (const int v : view.images) {
+    place[v] = plan.images.size();
+    const NavVertex& vertex = navspace.vertices[static_cast<std::size_t>(v)];
+    plan.images.push_back({vertex.image, vertex.time_s});
+  }
+  for (const VirtualEye& eye : view.eyes) {
+    PlannedEye planned{eye.name, eye.pinhole,  eye.cam_from_world, std::vector<double>(plan.images.size(), 0.0),
+                       {},       eye.disparity};
+    for (std::size_t k = 0; k < eye.location.vertices.size(); ++k)
+      planned.mu[place.at(eye.location.vertices[k])] = eye.location.weights[k];
+    planned.share = shares(plan.images, planned.mu, plan.time_s);
+    plan.eyes.push_back(std::move(planned));
+  }
+  for (const auto& [i, k] : navspace.edges)
+    if (place.contains(i) && place.contains(k) && reads_edge(plan, place[i], place[k]))
+      plan.edges.emplace_back(static_cast<int>(place[i]), static_cast<int>(place[k]));
+  return plan;
+}
+
+Json to_json(const FramePlan& plan) {
+  Json images = Json::array(), eyes = Json::array();
+  for (const PlannedImage& image : plan.images)
+    images.push_back({{"camera", image.id.camera}, {"frame", image.id.frame}, {"time_s", image.time_s}});
+  for (const PlannedEye& eye : plan.eyes) eyes.push_back(to_json(eye));
+  return {{"time_s", plan.time_s},  {"scene_distance", plan.scene_distance},
+          {"method", plan.method},  {"images", images},
+          {"edges", plan.edges},    {"eyes", eyes},
+          {"outside", plan.outside}};
+}
+
+FramePlan frame_plan_from(const Json& unit) {
+  FramePlan plan{unit.at("time_s"), unit.at("scene_distance"), unit.at("method"), {}, unit.at("edges"), {},
+                 unit.at("outside")};
+  for (const Json& image : unit.at("images"))
+    plan.images.push_back({{image.at("camera"), image.at("frame")}, image.at("time_s")});
+  for (const Json& eye : unit.at("eyes")) plan.eyes.push_back(eye_from(eye));
+  return plan;
+}
+
+}  // namespace vantage
