@@ -68,7 +68,7 @@ constexpr bool may_move(JobState from, JobState to) {
     case Skipped:
       return !is_good(from) || from == Done;
     case Failed:
-      return is_active(from) || from == Ready;
+      return !is_finished(from);  // also before it runs: a source that cannot be read
     case Quarantined:
       return is_active(from);
     case Canceled:

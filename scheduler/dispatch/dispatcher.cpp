@@ -1,0 +1,278 @@
+#include "scheduler/dispatch/dispatcher.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "scheduler/dispatch/retry.h"
+#include "schema/base/error.h"
+#include "schema/formats/manifest.h"
+
+namespace vantage {
+namespace {
+
+/// A result that is reported but cannot be read may be on its way through network storage.
+constexpr std::int64_t kStorageLagMs = 10'000;
+/// Orders that a living worker did not take in this time are given to another.
+constexpr std::int64_t kTakeUpMs = 5'000;
+constexpr std::int64_t kWorkerRowMs = 5'000;
+
+bool has_started(const RunningAttempt& running) { return !running.phase.empty() && running.phase != "queued"; }
+
+bool same_machine(const WorkerReport& a, const WorkerReport& b) {
+  return a.incarnation == b.incarnation && a.host == b.host && a.pool == b.pool && a.slots == b.slots &&
+         a.cores == b.cores && a.ram_mb == b.ram_mb && a.draining == b.draining;
+}
+
+}  // namespace
+
+Dispatcher::Dispatcher(Store& store, Planner& planner, Options options)
+    : store_(store), planner_(planner), options_(std::move(options)) {}
+
+double Dispatcher::jitter() { return static_cast<double>(options_.random() >> 11U) * 0x1p-53; }
+
+void Dispatcher::recover(std::int64_t now_ms) {
+  const std::string last = store_.meta("epoch");
+  epoch_ = (last.empty() ? 0 : std::stoll(last)) + 1;
+  store_.set_meta("epoch", std::to_string(epoch_));
+  store_.set_meta("farm_id", options_.farm_id);
+  reconcile_until_ms_ = now_ms + options_.lease_ms;
+  for (Query q = store_.db().query("SELECT id, incarnation FROM worker"); q.step();) {
+    LiveWorker& worker = workers_[q.text(0)];
+    worker.report.worker_id = q.text(0);
+    worker.report.incarnation = q.integer(1);
+  }
+  for (auto& [id, worker] : workers_) worker.drained = !store_.meta("drain/" + id).empty();
+  for (const AttemptRow& attempt : store_.open_attempts()) expect_back(attempt, now_ms);
+  planner_.resume();
+}
+
+void Dispatcher::expect_back(const AttemptRow& attempt, std::int64_t now_ms) {
+  const JobRow job = *store_.job({attempt.ref.job_id});
+  store_.move(job.id, JobState::Reconnect, job.reason);
+  LiveWorker& worker = workers_[attempt.worker_id];
+  try {
+    worker.held[attempt.ref] = {.assignment = make_assignment(job, attempt.ref, attempt.log_path),
+                                .claimed_ms = now_ms,
+                                .lease_until_ms = now_ms + options_.lease_ms,
+                                .started = attempt.state == "running",
+                                .alone = job.num_crashes > 0};
+  } catch (const Error& e) {  // its footage is gone: the next claim says so
+    lose(worker, attempt.ref, e.what());
+  }
+}
+
+void Dispatcher::on_report(const WorkerReport& report, std::int64_t now_ms) {
+  stop_revoked();
+  LiveWorker& worker = workers_[report.worker_id];
+  const WorkerReport& last = worker.report;
+  const bool older = report.incarnation < last.incarnation ||
+                     (report.incarnation == last.incarnation && worker.seen_ms > 0 && report.seq <= last.seq);
+  if (older) return;
+  const bool reborn = last.incarnation != 0 && report.incarnation != last.incarnation;
+  note_worker(worker, report, now_ms);
+  for (const auto& running : report.running) on_running(worker, running, now_ms);
+  for (const auto& done : report.done_unacked) on_done(worker, done, now_ms);
+  stop_revoked();
+  drop_forgotten(worker, reborn, now_ms);
+  forget_settled(worker);
+}
+
+void Dispatcher::note_worker(LiveWorker& worker, const WorkerReport& report, std::int64_t now_ms) {
+  const bool news = worker.seen_ms == 0 || worker.lost || !same_machine(worker.report, report);
+  if (worker.report.incarnation != report.incarnation)
+    worker.canceled.clear(), worker.acked.clear(), worker.changed = true;
+  worker.report = report;
+  worker.seen_ms = now_ms;
+  worker.lost = false;
+  if (!news && now_ms - worker.written_ms < kWorkerRowMs) return;
+  store_.upsert_worker(report, worker.drained || report.draining ? "draining" : "active");
+  if (news)
+    store_.add_event(
+        std::nullopt, std::nullopt, report.worker_id, "worker",
+        fmt::format("on {}: {} slots, {} cores, {} MB", report.host, report.slots, report.cores, report.ram_mb));
+  worker.written_ms = now_ms;
+}
+
+void Dispatcher::on_running(LiveWorker& worker, const RunningAttempt& running, std::int64_t now_ms) {
+  const auto found = worker.held.find(running.ref);
+  if (found == worker.held.end()) {
+    readopt_or_cancel(worker, running, now_ms);
+    return;
+  }
+  Held& held = found->second;
+  held.lease_until_ms = now_ms + options_.lease_ms;
+  const JobRow job = *store_.job({running.ref.job_id});
+  if (has_started(running) && !held.started) store_.start_attempt(running.ref);
+  held.started |= has_started(running);
+  const JobState to = held.started ? JobState::Running : JobState::Leased;
+  if (job.state != to) store_.move(job.id, to, job.reason);
+  store_.set_progress(job.id, running.phase, running.progress);
+  planner_.touch(job.shot);
+}
+
+/// A worker reports an attempt that it should not have: thought lost, but its job was not given to another yet?
+void Dispatcher::readopt_or_cancel(LiveWorker& worker, const RunningAttempt& running, std::int64_t now_ms) {
+  const auto attempt = store_.attempt(running.ref);
+  const auto job = attempt ? store_.job({running.ref.job_id}) : std::nullopt;
+  const bool still_wanted = job && attempt->outcome == "lost" && job->state == JobState::Ready &&
+                            job->num_attempts == running.ref.number && job->key == attempt->key;
+  if (!still_wanted) {
+    if (worker.canceled.insert(running.ref).second) worker.changed = true;
+    return;
+  }
+  store_.reopen_attempt(running.ref);
+  store_.move(job->id, JobState::Leased, job->reason);
+  worker.held[running.ref] = {.assignment = make_assignment(*job, running.ref, attempt->log_path),
+                              .claimed_ms = now_ms,
+                              .lease_until_ms = now_ms + options_.lease_ms,
+                              .alone = job->num_crashes > 0};
+  worker.changed = true;
+  on_running(worker, running, now_ms);
+}
+
+void Dispatcher::on_done(LiveWorker& worker, const DoneAttempt& done, std::int64_t now_ms) {
+  if (worker.acked.contains(done.ref)) return;  // the ack is in every orders until the worker has seen it
+  const auto attempt = store_.attempt(done.ref);
+  if (!attempt) {
+    store_.add_event(
+        std::nullopt, std::nullopt, worker.report.worker_id, "warning",
+        fmt::format("reports attempt {} of job {}, which nobody ordered", done.ref.number, done.ref.job_id));
+    acknowledge(worker, done.ref);
+    return;
+  }
+  if (done.outcome == Outcome::Done) {
+    if (!accept(worker, *attempt, done, now_ms)) return;
+  } else if (attempt->open()) {
+    fail(worker, *attempt, done);
+  }
+  worker.held.erase(done.ref);
+  acknowledge(worker, done.ref);
+}
+
+/// The store is the truth: a result counts when its manifest is there and is what the worker says, whoever made it and
+/// however late. False: not readable yet, ask again.
+bool Dispatcher::accept(LiveWorker& worker, const AttemptRow& attempt, const DoneAttempt& done, std::int64_t now_ms) {
+  const JobRow job = *store_.job({done.ref.job_id});
+  const bool wanted =
+      (is_active(job.state) || job.state == JobState::Ready || job.state == JobState::Paused) && job.key == attempt.key;
+  if (!wanted) {  // a repeated report, or a result that came too late: it stays in the store, to be found by its key
+    if (attempt.open()) store_.end_attempt(done.ref, "stale", done);
+    return true;
+  }
+  const auto manifest =
+      read_valid_manifest(artifact_folder(planner_.private_folder(job.shot) / "store", job.kind, job.key));
+  if (!manifest || manifest->content != done.content) {
+    const auto held = worker.held.find(done.ref);
+    if (held == worker.held.end()) return true;  // ended already: the job will run again
+    held->second.lease_until_ms = now_ms + options_.lease_ms;
+    if (held->second.invalid_since_ms == 0) held->second.invalid_since_ms = now_ms;
+    if (now_ms - held->second.invalid_since_ms < kStorageLagMs) return false;
+    DoneAttempt failure = done;
+    failure.outcome = Outcome::Failed;
+    failure.error_kind = to_string(ErrorKind::Transient);
+    failure.message = fmt::format("{}: reported done, but its artifact in the store is not valid", job.name);
+    fail(worker, attempt, failure);
+    return true;
+  }
+  store_.end_attempt(done.ref, "done", done);
+  planner_.revoke(job.id);  // another attempt of the same job, if there is one
+  store_.set_content(job.id, manifest->content);
+  store_.set_cost(job.id, done.wall_ms, done.peak_rss_mb);
+  store_.set_error(job.id, "", "");
+  store_.move(job.id, JobState::Done, job.reason);
+  const auto mean = mean_wall_ms_.try_emplace(job.kind, static_cast<double>(done.wall_ms)).first;
+  mean->second += 0.1 * (static_cast<double>(done.wall_ms) - mean->second);
+  planner_.finished(job.id);
+  return true;
+}
+
+void Dispatcher::fail(LiveWorker& worker, const AttemptRow& attempt, const DoneAttempt& done) {
+  const JobRow job = *store_.job({done.ref.job_id});
+  const RetryDecision decision = decide_retry(job, done, jitter());
+  const bool crashed = done.outcome == Outcome::Crashed;
+  store_.end_attempt(attempt.ref,
+                     crashed                             ? "crashed"
+                     : done.outcome == Outcome::Canceled ? "canceled"
+                                                         : "failed",
+                     done);
+  store_.set_retry(job.id, decision.num_failures, decision.num_crashes, store_.clock().wall_ms() + decision.delay_ms);
+  store_.set_resources(job.id, decision.ram_mb, decision.timeout_s);
+  store_.set_error(job.id, done.error_kind, done.message);
+  store_.move(job.id, decision.to, decision.reason);
+  planner_.touch(job.shot);
+  worker.changed = true;
+  if (is_finished(decision.to)) planner_.finished(job.id);
+}
+
+/// Held attempts that the worker does not list: it was restarted, it dropped them, or it never took them.
+void Dispatcher::drop_forgotten(LiveWorker& worker, bool reborn, std::int64_t now_ms) {
+  const WorkerReport& report = worker.report;
+  const auto is_listed = [&](const AttemptRef& ref) {
+    const auto same = [&](const auto& item) { return item.ref == ref; };
+    return std::any_of(report.running.begin(), report.running.end(), same) ||
+           std::any_of(report.done_unacked.begin(), report.done_unacked.end(), same);
+  };
+  std::vector<std::pair<AttemptRef, std::string>> gone;
+  for (const auto& [ref, held] : worker.held) {
+    if (is_listed(ref)) continue;
+    const bool told =
+        held.assigned_seq > 0 && report.epoch_seen == epoch_ && report.orders_seq_seen >= held.assigned_seq;
+    if (reborn)
+      gone.emplace_back(ref, "was restarted");
+    else if (told)
+      gone.emplace_back(ref, "does not have it any more");
+    else if (held.assigned_seq > 0 && now_ms - held.claimed_ms > kTakeUpMs)
+      gone.emplace_back(ref, "did not take it up");
+  }
+  for (const auto& [ref, why] : gone) lose(worker, ref, why);
+}
+
+void Dispatcher::acknowledge(LiveWorker& worker, const AttemptRef& ref) {
+  worker.acked.insert(ref);
+  worker.changed = true;
+}
+
+void Dispatcher::forget_settled(LiveWorker& worker) {
+  const WorkerReport& report = worker.report;
+  const auto lists = [](const auto& items, const AttemptRef& ref) {
+    return std::any_of(items.begin(), items.end(), [&](const auto& item) { return item.ref == ref; });
+  };
+  std::erase_if(worker.acked, [&](const AttemptRef& ref) { return !lists(report.done_unacked, ref); });
+  std::erase_if(worker.canceled, [&](const AttemptRef& ref) {
+    return !lists(report.running, ref) && !lists(report.done_unacked, ref) &&
+           report.orders_seq_seen >= worker.changed_seq;
+  });
+}
+
+/// No blame: the job did nothing wrong. What the worker may still commit is found by its key.
+void Dispatcher::lose(LiveWorker& worker, const AttemptRef& ref, const std::string& why) {
+  worker.held.erase(ref);
+  worker.changed = true;
+  const JobRow job = *store_.job({ref.job_id});
+  DoneAttempt end;
+  end.ref = ref;
+  end.message = fmt::format("worker {} {}", worker.report.worker_id, why);
+  store_.end_attempt(ref, "lost", end);
+  if (planner_.salvage(job, JobState::Done, job.reason)) return;
+  store_.move(job.id, JobState::Ready, end.message);
+  planner_.touch(job.shot);
+}
+
+/// Attempts that the planner has ended.
+void Dispatcher::stop_revoked() {
+  for (const AttemptRow& attempt : planner_.take_revoked()) {
+    LiveWorker& worker = workers_[attempt.worker_id];
+    worker.held.erase(attempt.ref);
+    worker.canceled.insert(attempt.ref);
+    worker.changed = true;
+  }
+}
+
+int Dispatcher::num_live_workers() const {
+  return static_cast<int>(std::count_if(workers_.begin(), workers_.end(), [](const auto& entry) {
+    return entry.second.seen_ms > 0 && !entry.second.lost;
+  }));
+}
+
+}  // namespace vantage

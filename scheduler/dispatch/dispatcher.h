@@ -1,0 +1,82 @@
+#pragma once
+/// Who runs what: pure decisions on reports, on the passing of time and on people's commands. Reads no clock, sends
+/// nothing before its writes are committed. The scheduler's thread only.
+///
+///   store.begin(); dispatcher.on_report(…); dispatcher.on_tick(…); store.commit(); dispatcher.flush(bus, …);
+#include <functional>
+#include <map>
+#include <string>
+#include <unordered_map>
+
+#include "scheduler/dispatch/bus.h"
+#include "scheduler/dispatch/command.h"
+#include "scheduler/dispatch/worker_table.h"
+#include "scheduler/plan/planner.h"
+#include "scheduler/store/store.h"
+
+namespace vantage {
+
+class Dispatcher {
+ public:
+  struct Options {
+    std::string farm_id;
+    int lease_ms = 15000;
+    std::function<std::uint64_t()> random;  ///< 64 random bits: tokens, jitter
+  };
+  Dispatcher(Store& store, Planner& planner, Options options);
+
+  /// After every start, within a transaction: a new epoch; what was out with workers waits for their reports for the
+  /// time of a lease, while ready work goes on.
+  void recover(std::int64_t now_ms);
+
+  void on_report(const WorkerReport& report, std::int64_t now_ms);
+  /// Leases, lost workers, then claims.
+  void on_tick(std::int64_t now_ms);
+  /// Throws Error(BadInput) for a target that is not there; the caller must then undo what was written.
+  CommandResult on_command(const Command& command);
+
+  /// After the commit: sends what changed, and repeats what was not confirmed. http_address goes out with the hello.
+  void flush(Bus& bus, const std::string& http_address, std::int64_t now_ms);
+
+  std::int64_t epoch() const { return epoch_; }
+  int num_live_workers() const;
+
+ private:
+  void expect_back(const AttemptRow& attempt, std::int64_t now_ms);
+  void note_worker(LiveWorker& worker, const WorkerReport& report, std::int64_t now_ms);
+  void on_running(LiveWorker& worker, const RunningAttempt& running, std::int64_t now_ms);
+  void readopt_or_cancel(LiveWorker& worker, const RunningAttempt& running, std::int64_t now_ms);
+  void on_done(LiveWorker& worker, const DoneAttempt& done, std::int64_t now_ms);
+  bool accept(LiveWorker& worker, const AttemptRow& attempt, const DoneAttempt& done, std::int64_t now_ms);
+  void fail(LiveWorker& worker, const AttemptRow& attempt, const DoneAttempt& done);
+  void drop_forgotten(LiveWorker& worker, bool reborn, std::int64_t now_ms);
+  void acknowledge(LiveWorker& worker, const AttemptRef& ref);
+  void forget_settled(LiveWorker& worker);
+
+  void expire_leases(std::int64_t now_ms);
+  void lose(LiveWorker& worker, const AttemptRef& ref, const std::string& why);
+  void stop_revoked();
+
+  void claim_for_all(std::int64_t now_ms);
+  enum class Claim { Run, Prefetch };
+  bool claim_one(LiveWorker& worker, Claim claim, const Store::Fit& largest, std::int64_t now_ms);
+  void hand_out(LiveWorker& worker, const JobRow& job, std::int64_t now_ms);
+  Store::Fit largest_worker() const;
+  Assignment make_assignment(const JobRow& job, const AttemptRef& ref, const std::string& log_path);
+
+  CommandResult on_shot_command(const Command& command);
+  CommandResult on_job_command(const Command& command);
+  CommandResult on_worker_command(const Command& command);
+
+  void send_orders(LiveWorker& worker, Bus& bus, std::int64_t now_ms);
+  double jitter();
+
+  Store& store_;
+  Planner& planner_;
+  Options options_;
+  std::int64_t epoch_ = 0, reconcile_until_ms_ = 0, next_hello_ms_ = 0;
+  std::map<std::string, LiveWorker> workers_;
+  std::unordered_map<std::string, double> mean_wall_ms_;  ///< by kind, of attempts since the start
+};
+
+}  // namespace vantage

@@ -1,0 +1,55 @@
+/// Dispatcher: what goes out after the commit.
+#include <algorithm>
+
+#include "scheduler/dispatch/dispatcher.h"
+
+namespace vantage {
+namespace {
+
+constexpr std::int64_t kHelloMs = 1'000, kFirstRepeatMs = 50, kSteadyMs = 1'000;
+
+}  // namespace
+
+void Dispatcher::flush(Bus& bus, const std::string& http_address, std::int64_t now_ms) {
+  stop_revoked();
+  if (now_ms >= next_hello_ms_) {
+    bus.send(SchedulerHello{.farm_id = options_.farm_id,
+                            .epoch = epoch_,
+                            .http_address = http_address,
+                            .reconciling = now_ms < reconcile_until_ms_});
+    next_hello_ms_ = now_ms + kHelloMs;
+  }
+  for (auto& [id, worker] : workers_)
+    if (worker.seen_ms > 0 && !worker.lost && (worker.changed || now_ms >= worker.next_send_ms))
+      send_orders(worker, bus, now_ms);
+}
+
+/// Once on change, then after 50, 100, 200, … ms until the worker confirms, then every second.
+void Dispatcher::send_orders(LiveWorker& worker, Bus& bus, std::int64_t now_ms) {
+  ++worker.seq;
+  if (worker.changed) worker.changed_seq = worker.seq, worker.num_repeats = 0;
+  worker.changed = false;
+  const bool confirmed = worker.report.epoch_seen == epoch_ && worker.report.orders_seq_seen >= worker.changed_seq;
+  const std::int64_t pause_ms =
+      confirmed ? kSteadyMs : std::min(kSteadyMs, kFirstRepeatMs << std::min(worker.num_repeats, 5));
+  ++worker.num_repeats;
+  worker.next_send_ms = now_ms + pause_ms;
+
+  WorkerOrders orders{.worker_id = worker.report.worker_id,
+                      .incarnation = worker.report.incarnation,
+                      .epoch = epoch_,
+                      .seq = worker.seq,
+                      .lease_ms = options_.lease_ms,
+                      .reconciling = now_ms < reconcile_until_ms_,
+                      .drain = worker.drained,
+                      .assigned = {},
+                      .canceled = {worker.canceled.begin(), worker.canceled.end()},
+                      .acked = {worker.acked.begin(), worker.acked.end()}};
+  for (auto& [ref, held] : worker.held) {
+    if (held.assigned_seq == 0) held.assigned_seq = worker.seq;
+    orders.assigned.push_back(held.assignment);
+  }
+  bus.send(orders);
+}
+
+}  // namespace vantage

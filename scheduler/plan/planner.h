@@ -1,0 +1,109 @@
+#pragma once
+/// Turns shots into rows of jobs, and finished jobs into the next ready ones. All members write within the caller's
+/// transaction; the scheduler's thread only.
+#include <map>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "jobs/all_jobs.h"
+#include "scheduler/plan/shot_plan.h"
+#include "scheduler/store/store.h"
+#include "schema/formats/job_file.h"
+
+namespace vantage {
+
+class Planner {
+ public:
+  Planner(Store& store, const std::vector<KindEntry>& kinds) : store_(store), kinds_(kinds) {}
+
+  struct Submitted {
+    ShotRow shot;
+    int num_jobs = 0, num_up_to_date = 0;
+  };
+  /// Starts the next generation of a shot. Jobs whose row and inputs did not change stay done.
+  /// Throws Error(BadInput) for a shot that cannot be planned; the caller must then undo what was written.
+  Submitted submit(const std::filesystem::path& folder, const std::string& until_kind, int priority);
+  /// After a restart: shots that were under way are planned again from their files as they are now.
+  void resume();
+
+  /// The job has just become good or bad: what needs it is settled or aborted, and the plan may grow.
+  void finished(JobId job);
+  /// Bad jobs of the present plan get another chance, with what was aborted because of them. Returns how many.
+  int retry(ShotId shot);
+  int retry(const JobRow& job);
+  /// A person does not want the job, or all unfinished ones of the shot, any more. Returns how many.
+  int cancel(ShotId shot);
+  int cancel(const JobRow& job);
+
+  /// A ready job whose source changed under it, or a paused one that may go on: looks at it anew.
+  void recheck(const JobRow& job);
+  /// Ends the open attempts of a job; take_revoked() tells which.
+  void revoke(JobId job);
+
+  /// Plans one shot again, if one asks for it. False when none does.
+  bool expand_one();
+  /// Shots without unfinished jobs become done or failed. Call when expand_one() has nothing left to do.
+  void end_finished_shots();
+
+  /// A valid artifact for a job's key is in the store: the job is done without being run (again).
+  /// False when there is none.
+  bool salvage(const JobRow& job, JobState to, const std::string& reason);
+  /// All that an attempt of a job whose needs are met has to know.
+  JobFile job_file(const JobRow& job);
+  /// SHOT/.vantage
+  std::filesystem::path private_folder(ShotId shot);
+
+  /// What happened since the last call, for those who must act on it after the commit.
+  struct Effects {
+    std::vector<JobId> landed;  ///< have a new artifact
+    std::set<ShotId> planned;   ///< have a new plan
+    std::set<ShotId> ended;     ///< became done or failed
+    std::set<ShotId> changed;   ///< anything at all
+  };
+  Effects take_effects() { return std::exchange(effects_, {}); }
+  /// Attempts ended by us since the last call: their workers must stop them.
+  std::vector<AttemptRow> take_revoked() { return std::exchange(revoked_, {}); }
+  /// Something of the shot changed that people see.
+  void touch(ShotId shot) { effects_.changed.insert(shot); }
+
+ private:
+  struct Plan {
+    Shot shot{};
+    std::string until_kind{};
+    std::int64_t generation = 0;
+    std::set<std::string> missing{};
+  };
+  using Rows = std::unordered_map<std::string, JobRow>;
+
+  Plan& plan_of(ShotId shot);
+  Plan read_plan(const ShotRow& row);
+  ShotPlan ask_kinds(ShotId shot, Plan& plan);
+  void expand(ShotId shot, bool strict);
+  void apply(ShotId shot, const Plan& plan, const ShotPlan& wanted);
+  void apply_unit(const ShotRow& shot, const PlannedUnit& planned, Rows& rows, std::set<std::string>& touched);
+  JobRow write_unit(const ShotRow& shot, const PlannedUnit& planned, const std::string& hash, const JobRow* old);
+  void drop_unwanted(const ShotRow& shot, const ShotPlan& wanted, const Rows& rows);
+  std::optional<std::filesystem::path> artifact_of(ShotId shot, const std::string& job);
+
+  void settle(const JobRow& job);
+  void make_ready(const JobRow& job, const std::string& key, const Json& identity);
+  void settle_dependents(JobId job);
+  void abort_dependents(const JobRow& job);
+  void block(const JobRow& job, const std::string& reason);
+  int reopen(const std::vector<JobId>& bad);
+  void move(const JobRow& job, JobState to, const std::string& reason);
+
+  Store& store_;
+  const std::vector<KindEntry>& kinds_;
+  std::map<ShotId, Plan> plans_;
+  std::set<ShotId> to_expand_, to_end_;
+  std::vector<JobId> open_;  ///< finished jobs whose dependents wait to be looked at
+  bool closing_ = false;
+  Effects effects_;
+  std::vector<AttemptRow> revoked_;
+};
+
+}  // namespace vantage
