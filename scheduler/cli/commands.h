@@ -1,0 +1,21 @@
+#pragma once
+#include "scheduler/cli/command_table.h"
+
+namespace vantage {
+
+int init_command(const Arguments& arguments);
+int check_command(const Arguments& arguments);
+int run_shot_command(const Arguments& arguments);
+int scheduler_command(const Arguments& arguments);
+int submit_command(const Arguments& arguments);
+int status_command(const Arguments& arguments);
+int jobs_command(const Arguments& arguments);
+int logs_command(const Arguments& arguments);
+int why_command(const Arguments& arguments);
+int workers_command(const Arguments& arguments);
+int pause_command(const Arguments& arguments);
+int resume_command(const Arguments& arguments);
+int cancel_command(const Arguments& arguments);
+int retry_command(const Arguments& arguments);
+
+}  // namespace vantage
