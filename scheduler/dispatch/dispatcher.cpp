@@ -239,9 +239,9 @@ void Dispatcher::forget_settled(LiveWorker& worker) {
     return std::any_of(items.begin(), items.end(), [&](const auto& item) { return item.ref == ref; });
   };
   std::erase_if(worker.acked, [&](const AttemptRef& ref) { return !lists(report.done_unacked, ref); });
+  const bool heard = report.epoch_seen == epoch_ && report.orders_seq_seen >= worker.changed_seq;
   std::erase_if(worker.canceled, [&](const AttemptRef& ref) {
-    return !lists(report.running, ref) && !lists(report.done_unacked, ref) &&
-           report.orders_seq_seen >= worker.changed_seq;
+    return heard && !lists(report.running, ref) && !lists(report.done_unacked, ref);
   });
 }
 

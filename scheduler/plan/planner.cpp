@@ -109,7 +109,6 @@ void Planner::expand(ShotId shot, bool strict) {
   const std::string error = wanted.errors.empty() ? "" : wanted.errors.begin()->second;
   const ShotRow row = *store_.shot(shot);
   if (error != row.error) store_.set_shot_state(shot, row.state, error);
-  effects_.planned.insert(shot);
   effects_.changed.insert(shot);
   to_end_.insert(shot);
 }

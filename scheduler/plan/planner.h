@@ -59,7 +59,6 @@ class Planner {
   /// What happened since the last call, for those who must act on it after the commit.
   struct Effects {
     std::vector<JobId> landed;  ///< have a new artifact
-    std::set<ShotId> planned;   ///< have a new plan
     std::set<ShotId> ended;     ///< became done or failed
     std::set<ShotId> changed;   ///< anything at all
   };

@@ -1,0 +1,349 @@
+#include "scheduler/farm/farm.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <spdlog/spdlog.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <condition_variable>
+#include <cstring>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+#include "scheduler/dispatch/dispatcher.h"
+#include "scheduler/farm/lock_file.h"
+#include "scheduler/farm/progress_query.h"
+#include "scheduler/plan/planner.h"
+#include "scheduler/publish/publisher.h"
+#include "scheduler/store/store.h"
+#include "schema/base/error.h"
+#include "schema/base/hash.h"
+#include "schema/messages/broker.h"
+#include "schema/messages/endpoint.h"
+
+namespace vantage {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int kTickMs = 20;
+constexpr std::int64_t kProgressMs = 100;
+/// One transaction holds at most this many operations, or this much time: an fsync costs about as much as both.
+constexpr int kMaxOperationsPerCommit = 64;
+constexpr std::int64_t kMaxCommitMs = 5;
+
+class LcmBus final : public Bus {
+ public:
+  explicit LcmBus(LcmEndpoint& endpoint) : endpoint_(endpoint) {}
+  void send(const WorkerOrders& orders) override { endpoint_.publish(orders); }
+  void send(const SchedulerHello& hello) override { endpoint_.publish(hello); }
+
+ private:
+  LcmEndpoint& endpoint_;
+};
+
+/// Wakes the scheduler's thread out of poll().
+class WakeUp {
+ public:
+  WakeUp() : fd_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) { check(fd_ >= 0, "an eventfd can always be made"); }
+  ~WakeUp() { close(fd_); }
+  WakeUp(const WakeUp&) = delete;
+  WakeUp& operator=(const WakeUp&) = delete;
+  int fd() const { return fd_; }
+  void ring() { eventfd_write(fd_, 1); }
+  void clear() {
+    eventfd_t count = 0;
+    eventfd_read(fd_, &count);
+  }
+
+ private:
+  int fd_;
+};
+
+std::uint64_t random_bits() {
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, random_bytes(sizeof bits).data(), sizeof bits);
+  return bits;
+}
+
+fs::path made(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw Error(ErrorKind::BadInput, fmt::format("{}: cannot be made: {}", folder.string(), error.message()));
+  return fs::absolute(folder);
+}
+
+}  // namespace
+
+class FarmScheduler::Impl {
+ public:
+  explicit Impl(Options options)
+      : options_(std::move(options)),
+        state_dir_(made(options_.state_dir)),
+        lock_(state_dir_ / "lock"),
+        identity_(read_or_create_farm_key(state_dir_ / "farm.key")),
+        clock_(system_clock()),
+        store_(state_dir_ / "farm.sqlite", clock_),
+        planner_(store_, all_kinds()),
+        dispatcher_(store_, planner_, {.farm_id = identity_.id, .lease_ms = options_.lease_ms, .random = random_bits}) {
+    store_.begin();
+    dispatcher_.recover(clock_.monotonic_ms());
+    store_.commit();
+    for (const std::string state : {"running", "paused", "done", "failed"})
+      for (const ShotRow& shot : store_.shots_in_state(state)) refresh(shot.id);
+    if (options_.bus_url.empty()) {
+      broker_.emplace(Broker::Config{.host = options_.listen, .port = 0});
+      options_.bus_url = broker_->url();
+    }
+    endpoint_.emplace(LcmEndpoint::Config{.url = options_.bus_url,
+                                          .farm = identity_,
+                                          .role = LcmEndpoint::Role::Scheduler,
+                                          .sender = std::string(kSchedulerSender),
+                                          .incarnation = dispatcher_.epoch()});
+    thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+  }
+  ~Impl() {
+    thread_.request_stop();
+    wake_up_.ring();
+  }
+
+  const Options& options() const { return options_; }
+  const fs::path& state_dir() const { return state_dir_; }
+  const std::string& farm_id() const { return identity_.id; }
+  void set_http_address(const std::string& address) {
+    const std::lock_guard lock(mutex_);
+    http_address_ = address;
+  }
+
+  /// fn runs within a transaction on the scheduler's thread; the future is set after its commit.
+  template <class Result>
+  std::future<Result> post(std::function<Result()> fn) {
+    auto promise = std::make_shared<std::promise<Result>>();
+    auto future = promise->get_future();
+    auto result = std::make_shared<std::optional<Result>>();
+    Order order{.apply = [fn = std::move(fn), result] { *result = fn(); },
+                .succeed = [promise, result] { promise->set_value(std::move(**result)); },
+                .fail = [promise](const std::exception_ptr& why) { promise->set_exception(why); }};
+    const std::lock_guard lock(mutex_);
+    if (failure_)
+      order.fail(failure_);
+    else
+      orders_.push_back(std::move(order));
+    wake_up_.ring();
+    return future;
+  }
+
+  SubmitResult submit(const SubmitRequest& request) {
+    if (fs::exists(request.folder / "shot.toml")) check_store(request.folder);
+    const auto done = planner_.submit(request.folder, request.until_kind, request.priority);
+    ended_soon_.insert(done.shot.id);
+    return {.shot = done.shot.id,
+            .generation = done.shot.generation,
+            .num_jobs = done.num_jobs,
+            .num_up_to_date = done.num_up_to_date};
+  }
+  CommandResult command(const Command& command) {
+    CommandResult result = dispatcher_.on_command(command);
+    if (command.shot) ended_soon_.insert(*command.shot);
+    return result;
+  }
+
+  std::optional<ShotProgress> progress(ShotId shot) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = progress_.find(shot);
+    return found == progress_.end() ? std::nullopt : std::optional(found->second);
+  }
+  std::vector<ShotProgress> all_progress() const {
+    const std::lock_guard lock(mutex_);
+    std::vector<ShotProgress> all;
+    for (const auto& [shot, progress] : progress_) all.push_back(progress);
+    return all;
+  }
+  void on_change(std::function<void(const ShotProgress&)> listener) {
+    const std::lock_guard lock(mutex_);
+    listeners_.push_back(std::move(listener));
+  }
+  std::optional<ShotProgress> wait(ShotId shot, int timeout_ms) {
+    std::unique_lock lock(mutex_);
+    const auto has_ended = [&] {
+      const auto found = progress_.find(shot);
+      return failure_ || (found != progress_.end() && found->second.finished());
+    };
+    if (!changed_.wait_for(lock, std::chrono::milliseconds(timeout_ms), has_ended)) return std::nullopt;
+    if (failure_) std::rethrow_exception(failure_);
+    return progress_.at(shot);
+  }
+
+ private:
+  struct Order {
+    std::function<void()> apply, succeed;
+    std::function<void(const std::exception_ptr&)> fail;
+  };
+
+  void run(const std::stop_token& stop) {
+    try {
+      LcmBus bus(*endpoint_);
+      while (!stop.stop_requested()) {
+        wait_for_work();
+        turn(bus);
+      }
+    } catch (const std::exception& e) {  // the thread's boundary: tells everybody who waits for it
+      spdlog::error("scheduler: stopped: {}", e.what());
+      const std::lock_guard lock(mutex_);
+      failure_ = std::current_exception();
+      for (const Order& order : std::exchange(orders_, {})) order.fail(failure_);
+      for (const Order& order : applied_) order.fail(failure_);
+      changed_.notify_all();
+    }
+  }
+
+  void wait_for_work() {
+    if (!reports_.empty()) return;
+    pollfd fds[] = {{endpoint_->wake_fd(), POLLIN, 0}, {wake_up_.fd(), POLLIN, 0}};
+    poll(fds, 2, kTickMs);
+    wake_up_.clear();
+    for (Message& message : endpoint_->take())
+      if (auto* report = std::get_if<WorkerReport>(&message)) reports_.push_back(std::move(*report));
+  }
+
+  /// One transaction, then what may only happen after it.
+  void turn(Bus& bus) {
+    store_.begin();
+    apply_orders();
+    apply_reports();
+    planner_.expand_one();
+    dispatcher_.on_tick(clock_.monotonic_ms());
+    planner_.end_finished_shots();
+    store_.commit();
+    dispatcher_.flush(bus, http_address(), clock_.monotonic_ms());
+    const auto effects = planner_.take_effects();
+    publish(effects);
+    show(effects);
+    for (const Order& order : std::exchange(applied_, {})) order.succeed();
+  }
+
+  std::string http_address() const {
+    const std::lock_guard lock(mutex_);
+    return http_address_.empty() ? options_.http_address : http_address_;
+  }
+
+  void apply_orders() {
+    std::vector<Order> orders;
+    {
+      const std::lock_guard lock(mutex_);
+      orders = std::exchange(orders_, {});
+    }
+    for (Order& order : orders) {
+      try {
+        store_.guarded(order.apply);
+        applied_.push_back(std::move(order));
+      } catch (const Error& e) {
+        if (e.kind() == ErrorKind::Resource) throw;  // the database cannot be written: nothing goes on
+        order.fail(std::current_exception());
+      }
+    }
+  }
+
+  void apply_reports() {
+    const std::int64_t until_ms = clock_.monotonic_ms() + kMaxCommitMs;
+    for (int num = 0; !reports_.empty() && num < kMaxOperationsPerCommit && clock_.monotonic_ms() <= until_ms; ++num) {
+      dispatcher_.on_report(reports_.front(), clock_.monotonic_ms());
+      reports_.pop_front();
+    }
+  }
+
+  void publish(const Planner::Effects& effects) {
+    try {
+      for (const JobId id : effects.landed) {
+        const JobRow job = *store_.job(id);
+        if (is_good(job.state)) publish_job(store_.shot(job.shot)->folder, job);
+      }
+      for (const ShotId shot : effects.ended) {
+        const ShotRow row = *store_.shot(shot);
+        publish_shot(store_, shot, /*sweep=*/row.state == "done" && row.until_kind.empty());
+      }
+    } catch (const fs::filesystem_error& e) {  // results are safe in the store; only the links are missing
+      spdlog::error("links: {}", e.what());
+      store_.add_event(std::nullopt, std::nullopt, "", "warning", fmt::format("links: {}", e.what()));
+    }
+  }
+
+  /// At most every 100 ms, but at once for shots that ended or that somebody has just asked something of.
+  void show(const Planner::Effects& effects) {
+    to_show_.insert(effects.changed.begin(), effects.changed.end());
+    std::set<ShotId> now(effects.ended);
+    now.merge(std::exchange(ended_soon_, {}));
+    const std::int64_t now_ms = clock_.monotonic_ms();
+    if (now_ms - shown_ms_ >= kProgressMs) now.merge(to_show_), shown_ms_ = now_ms;
+    for (const ShotId shot : now) {
+      to_show_.erase(shot);
+      refresh(shot);
+    }
+  }
+
+  void refresh(ShotId shot) {
+    auto fresh = read_progress(store_.db(), shot, kind_names());
+    if (!fresh) return;
+    fresh->num_workers = dispatcher_.num_live_workers();
+    std::vector<std::function<void(const ShotProgress&)>> listeners;
+    {
+      const std::lock_guard lock(mutex_);
+      progress_.insert_or_assign(shot, *fresh);
+      listeners = listeners_;
+    }
+    changed_.notify_all();
+    for (const auto& listener : listeners) listener(*fresh);
+  }
+
+  Options options_;
+  fs::path state_dir_;
+  LockFile lock_;
+  Farm identity_;
+  const Clock& clock_;
+  Store store_;
+  Planner planner_;
+  Dispatcher dispatcher_;
+  std::optional<Broker> broker_;
+  std::optional<LcmEndpoint> endpoint_;
+  WakeUp wake_up_;
+  // The scheduler's thread alone:
+  std::deque<WorkerReport> reports_;
+  std::vector<Order> applied_;  ///< wait for their commit
+  std::set<ShotId> to_show_, ended_soon_;
+  std::int64_t shown_ms_ = 0;
+  // Everybody, under the mutex:
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::string http_address_;
+  std::vector<Order> orders_;
+  std::map<ShotId, ShotProgress> progress_;
+  std::vector<std::function<void(const ShotProgress&)>> listeners_;
+  std::exception_ptr failure_;
+  std::jthread thread_;  // last: stops before all else goes
+};
+
+FarmScheduler::FarmScheduler(Options options) : impl_(std::make_unique<Impl>(std::move(options))) {}
+FarmScheduler::~FarmScheduler() = default;
+const std::string& FarmScheduler::bus_url() const { return impl_->options().bus_url; }
+fs::path FarmScheduler::key_file() const { return impl_->state_dir() / "farm.key"; }
+fs::path FarmScheduler::state_dir() const { return impl_->state_dir(); }
+std::string FarmScheduler::farm_id() const { return impl_->farm_id(); }
+void FarmScheduler::set_http_address(const std::string& address) { impl_->set_http_address(address); }
+
+std::future<SubmitResult> FarmScheduler::submit(SubmitRequest request) {
+  return impl_->post<SubmitResult>(
+      [impl = impl_.get(), request = std::move(request)] { return impl->submit(request); });
+}
+std::future<CommandResult> FarmScheduler::command(Command command) {
+  return impl_->post<CommandResult>(
+      [impl = impl_.get(), command = std::move(command)] { return impl->command(command); });
+}
+std::optional<ShotProgress> FarmScheduler::progress(ShotId shot) const { return impl_->progress(shot); }
+std::vector<ShotProgress> FarmScheduler::all_progress() const { return impl_->all_progress(); }
+void FarmScheduler::on_change(std::function<void(const ShotProgress&)> listener) {
+  impl_->on_change(std::move(listener));
+}
+std::optional<ShotProgress> FarmScheduler::wait(ShotId shot, int timeout_ms) { return impl_->wait(shot, timeout_ms); }
+
+}  // namespace vantage
