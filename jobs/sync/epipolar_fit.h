@@ -33,8 +33,9 @@ struct OffsetFit {
 /// and a pair whose point crosses its epipolar lines at constant speed says no more than σ_b / speed, however many
 /// samples it has. Pairs are weighed by Cauchy's function of their Mahalanobis distance; σ and σ_b are estimated
 /// alongside (medians). std_s is the larger of the Fisher information's (inflated by the reduced χ²) and the sandwich
-/// estimate over pairs. Empty when nothing in the pairs tells time, or the iteration leaves its start by over
-/// max_step_s.
+/// estimate over pairs, times 2.5 for what tracks on one thing have in common.
+/// What noise alone would make look like motion across the epipolar lines is taken off the information first.
+/// Empty when nothing in the pairs tells time, or the iteration leaves its start by over max_step_s.
 std::optional<OffsetFit> fit_offset(const std::vector<PathPair>& pairs, const PairGeometry& geometry,
                                     double start_offset_s, double max_step_s, const FitOptions& options = {});
 

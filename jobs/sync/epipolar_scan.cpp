@@ -62,14 +62,23 @@ int OffsetRange::num() const {
   return max_s < min_s ? 0 : 1 + static_cast<int>(std::floor((max_s - min_s) / step_s + 1e-9));
 }
 
+double OffsetRange::overlap_s(double offset_s) const {
+  return std::min(duration_a_s, duration_b_s + offset_s) - std::max(0.0, offset_s);
+}
+
 double OffsetScan::contrast() const {
-  if (modes.size() < 2 || modes[1].score <= 0) return std::numeric_limits<double>::infinity();
-  return modes[0].score / modes[1].score;
+  if (modes.empty()) return 0;
+  const double overlap = range.overlap_s(modes[0].offset_s);
+  double next = 0;
+  for (std::size_t k = 1; k < modes.size(); ++k)
+    if (const double other = range.overlap_s(modes[k].offset_s); other >= 0.5 * overlap)
+      next = std::max(next, modes[k].score / other);
+  return next > 0 ? modes[0].score / overlap / next : std::numeric_limits<double>::infinity();
 }
 
 OffsetRange plausible_offsets(const FrameTable& a, const FrameTable& b, double max_offset_s) {
   const double overlap = std::min(kMinOverlapS, kMinOverlapShare * std::min(duration_s(a), duration_s(b)));
-  OffsetRange range;
+  OffsetRange range{.duration_a_s = duration_s(a), .duration_b_s = duration_s(b)};
   range.step_s = 0.5 * std::min(frame_interval_s(a), frame_interval_s(b));
   range.min_s = std::max(-max_offset_s, overlap - duration_s(b));
   range.max_s = std::min(max_offset_s, duration_s(a) - overlap);

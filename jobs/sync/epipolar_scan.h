@@ -9,8 +9,11 @@ namespace vantage::sync {
 /// Offsets to try: t_a = offset + t_b.
 struct OffsetRange {
   double min_s = 0, max_s = 0, step_s = 0;
+  double duration_a_s = 0, duration_b_s = 0;  ///< of the clips
   int num() const;
   double at(int k) const { return min_s + k * step_s; }
+  /// How long both clips run at an offset.
+  double overlap_s(double offset_s) const;
 };
 
 /// All offsets at which two clips share at least two seconds or 40 % of the shorter one, within ±max_offset_s.
@@ -25,7 +28,9 @@ struct OffsetScan {
   OffsetRange range;
   std::vector<double> scores;
   std::vector<Mode> modes;  ///< local maxima, best first
-  /// Best mode's score over the second's; infinity when there is only one.
+  /// Best mode's score over the best of the others', each per second of overlap, so that the next period of a periodic
+  /// motion does not look worse only because less of it is seen. Modes with less than half of the best one's overlap do
+  /// not count. Infinity when there is no other.
   double contrast() const;
 };
 

@@ -38,19 +38,14 @@ OffsetScan scan_pairs(const std::vector<PathPair>& pairs, const PairGeometry& ge
   return scan_offsets(a, b, matches, geometry, range, kRefinedScanEpipolarPx);
 }
 
-double overlap_s(const MotionInput& in, double offset_s) {
-  return std::min(in.table_a.pts_s.back(), in.table_b.pts_s.back() + offset_s) - std::max(0.0, offset_s);
-}
-
 /// Offset only; with a long overlap the rate, too, if it is clearly not 1.
-std::optional<OffsetFit> fit_pairs(const std::vector<PathPair>& pairs, const MotionInput& in, double start_s,
-                                   double frame_s) {
+std::optional<OffsetFit> fit_pairs(const std::vector<PathPair>& pairs, const MotionInput& in, double overlap_s,
+                                   double start_s, double frame_s) {
   const auto fit = fit_offset(pairs, *in.geometry, start_s, kMaxFitStepFrames * frame_s);
-  const double overlap = overlap_s(in, start_s);
-  if (!fit || overlap < kMinRateOverlapS) return fit;
+  if (!fit || overlap_s < kMinRateOverlapS) return fit;
   const auto with_rate =
       fit_offset(pairs, *in.geometry, fit->offset_s, kMaxFitStepFrames * frame_s, {.estimate_rate = true});
-  const bool well_determined = with_rate && with_rate->rate_std * overlap < 0.2 * frame_s;
+  const bool well_determined = with_rate && with_rate->rate_std * overlap_s < 0.2 * frame_s;
   return well_determined && std::abs(with_rate->rate - 1) > 4 * with_rate->rate_std ? with_rate : fit;
 }
 
@@ -86,7 +81,7 @@ void answer_by_epipolar_fit(MotionAnswer& answer, const MotionInput& in, const s
   } else {
     contrast = 0;
   }
-  answer.fit = fit_pairs(refined.pairs, in, start_s, limits.frame_s);
+  answer.fit = fit_pairs(refined.pairs, in, coarse.scan.range.overlap_s(start_s), start_s, limits.frame_s);
   answer.contrast = contrast;
   answer.num_matches = refined.pairs.size();
   judge_fit(answer.offset, answer.fit, contrast, limits);

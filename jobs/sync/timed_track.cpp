@@ -1,12 +1,15 @@
 #include "jobs/sync/timed_track.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "schema/base/error.h"
 
 namespace vantage::sync {
 namespace {
+
+constexpr std::size_t kVelocityHalfWindow = 3;
 
 /// Slope at the middle of three points of the parabola through them.
 Eigen::Vector2d parabola_slope(double h0, double h1, const Eigen::Vector2d& slope0, const Eigen::Vector2d& slope1) {
@@ -23,18 +26,44 @@ TimedTrack::TimedTrack(std::vector<double> times_s, std::vector<Eigen::Vector2d>
   const auto slope = [&](std::size_t k) -> Eigen::Vector2d { return (px_[k + 1] - px_[k]) / h(k); };
   for (std::size_t k = 1; k < last; ++k) tangents_[k] = parabola_slope(h(k - 1), h(k), slope(k - 1), slope(k));
   tangents_[0] = last > 1 ? Eigen::Vector2d(2 * slope(0) - tangents_[1]) : slope(0);
+  for (std::size_t k = 0; k <= last; ++k) velocities_.push_back(fitted_velocity(k));
   tangents_[last] = last > 1 ? Eigen::Vector2d(2 * slope(last - 1) - tangents_[last - 1]) : slope(0);
 }
 
 std::optional<Eigen::Vector2d> TimedTrack::at(double time_s) const {
   constexpr double kSlackS = 1e-9;
   if (time_s < begin_s() - kSlackS || time_s > end_s() + kSlackS) return std::nullopt;
-  const auto after = std::upper_bound(times_s_.begin() + 1, times_s_.end() - 1, time_s);
-  const auto k = static_cast<std::size_t>(after - times_s_.begin()) - 1;
+  const std::size_t k = piece_of(time_s);
   const double h = times_s_[k + 1] - times_s_[k];
   const double u = (time_s - times_s_[k]) / h, v = 1 - u;
   return v * v * (1 + 2 * u) * px_[k] + u * u * (1 + 2 * v) * px_[k + 1] +
          u * v * h * (v * tangents_[k] - u * tangents_[k + 1]);
+}
+
+std::size_t TimedTrack::piece_of(double time_s) const {
+  const auto after = std::upper_bound(times_s_.begin() + 1, times_s_.end() - 1, time_s);
+  return static_cast<std::size_t>(after - times_s_.begin()) - 1;
+}
+
+TimedTrack::Velocity TimedTrack::fitted_velocity(std::size_t k) const {
+  const std::size_t first = k - std::min(k, kVelocityHalfWindow),
+                    last = std::min(k + kVelocityHalfWindow, px_.size() - 1);
+  const auto n = static_cast<double>(last - first + 1);
+  double mean = 0, variance = 0;
+  for (std::size_t i = first; i <= last; ++i) mean += times_s_[i] / n;
+  Eigen::Vector2d covariance = Eigen::Vector2d::Zero();
+  for (std::size_t i = first; i <= last; ++i) {
+    variance += (times_s_[i] - mean) * (times_s_[i] - mean);
+    covariance += (times_s_[i] - mean) * px_[i];
+  }
+  return {covariance / variance, 1 / std::sqrt(variance)};
+}
+
+TimedTrack::Velocity TimedTrack::velocity_at(double time_s) const {
+  const std::size_t k = piece_of(time_s);
+  const double u = std::clamp((time_s - times_s_[k]) / (times_s_[k + 1] - times_s_[k]), 0.0, 1.0);
+  const Velocity &p = velocities_[k], &q = velocities_[k + 1];
+  return {(1 - u) * p.px_per_s + u * q.px_per_s, (1 - u) * p.std_per_px + u * q.std_per_px};
 }
 
 std::vector<TimedTrack> moving_tracks(const TrackSet& set, const FrameTable& table, std::size_t max_tracks) {
@@ -51,7 +80,8 @@ std::vector<TimedTrack> moving_tracks(const TrackSet& set, const FrameTable& tab
     const auto first = table.pts_s.begin() + track->first_frame;
     std::vector<Eigen::Vector2d> px;
     for (const auto& p : track->px) px.push_back(p.cast<double>());
-    TimedTrack timed({first, first + static_cast<std::ptrdiff_t>(px.size())}, std::move(px));
+    std::vector<double> times_s(first, first + static_cast<std::ptrdiff_t>(px.size()));
+    TimedTrack timed(std::move(times_s), std::move(px));
     timed.first_frame = track->first_frame;
     for (const auto& look : track->looks) timed.looks.push_back(look.descriptor);
     out.push_back(std::move(timed));

@@ -26,12 +26,25 @@ class TimedTrack {
   /// Empty outside the track's own time.
   std::optional<Eigen::Vector2d> at(double time_s) const;
 
+  /// px per second, from a straight line through up to seven samples around. Far less noisy than the slope of at(),
+  /// whose noise would pass for motion where there is none. std_per_px: its standard deviation per pixel of noise in
+  /// the samples.
+  struct Velocity {
+    Eigen::Vector2d px_per_s = Eigen::Vector2d::Zero();
+    double std_per_px = 0;
+  };
+  Velocity velocity_at(double time_s) const;
+
   int first_frame = 0;
   std::vector<std::array<std::uint8_t, 128>> looks;
 
  private:
+  std::size_t piece_of(double time_s) const;  // index of the sample before
+  Velocity fitted_velocity(std::size_t k) const;
+
   std::vector<double> times_s_;
   std::vector<Eigen::Vector2d> px_, tangents_;
+  std::vector<Velocity> velocities_;
 };
 
 /// The moving tracks of a camera, at most max_tracks of them: those that say most, by extent times length.
