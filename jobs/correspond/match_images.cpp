@@ -37,7 +37,7 @@ cv::Mat1f confidence(const cv::Mat2f& motion, const cv::Mat2f& back, float consi
 /// Nothing moved, but for what DIS saw move.
 FlowPair fixed_camera_flow(const cv::Mat1b& a, const cv::Mat1b& b, const MatchOptions& options) {
   const FlowPair still{cv::Mat2f(a.size(), cv::Vec2f(0, 0)), cv::Mat2f(b.size(), cv::Vec2f(0, 0))};
-  return fuse_flows(a, b, still, search(a, b, {}), {.consistent_px = options.consistent_px});
+  return fuse_flows(a, b, still, search(a, b, {}), {.consistent_px = options.consistent_px, .return_by_search = true});
 }
 
 FlowPair static_scene_flow(const cv::Mat1b& a, const cv::Mat1b& b, const FlowPair& stereo,
