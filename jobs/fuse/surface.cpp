@@ -5,6 +5,8 @@
 #include <spawn.h>
 #include <sys/wait.h>
 
+#include <Eigen/Geometry>
+
 #include <cerrno>
 #include <cstring>
 #include <fstream>
