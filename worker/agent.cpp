@@ -87,6 +87,7 @@ void Agent::cancel(const AttemptRef& ref, std::int64_t now_ms, Actions& actions)
 }
 
 void Agent::take_assigned(const WorkerOrders& orders, Actions& actions) {
+  if (drain_requested_) return;  // what is not listed in the report goes to another worker
   for (const Assignment& a : orders.assigned) {
     const bool is_queued =
         std::any_of(queued_.begin(), queued_.end(), [&](const Assignment& q) { return q.ref == a.ref; });

@@ -254,6 +254,7 @@ TEST_F(AgentTest, DrainRequestEndsWhenTheLastHasFinished) {
   agent.on_drain_request();
   EXPECT_FALSE(agent.is_drained());
   EXPECT_TRUE(order({assignment(1), assignment(2)}).start.empty());
+  EXPECT_EQ(running_jobs(), (std::vector<std::int64_t>{1})) << "what is not listed can go to another worker";
   finish(1);
   EXPECT_TRUE(agent.is_drained());
   EXPECT_EQ(agent.report(0).done_unacked.size(), 1U);
