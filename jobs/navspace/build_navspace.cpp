@@ -49,7 +49,8 @@ class Joiner {
 
   NavspaceReport join() {
     report_.frozen = spread(&NavVertex::time_s) <= kVaries;
-    report_.arc = is_arc();
+    // One moment of an arc keeps its elevations: triangles, thin as they are, unless there is no elevation at all.
+    report_.arc = is_arc() && !(report_.frozen && in_a_plane_of_angles());
     if (report_.arc) flatten();
     const bool one_image_each =
         std::all_of(columns_.begin(), columns_.end(), [](const auto& c) { return c.size() == 1; });
@@ -84,6 +85,13 @@ class Joiner {
       scatter += (Eigen::Vector2d(p.x, p.y) - mean) * (Eigen::Vector2d(p.x, p.y) - mean).transpose();
     const Eigen::Vector2d variance = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(scatter).eigenvalues().cwiseMax(0);
     return variance[0] <= options_.arc_ratio * options_.arc_ratio * variance[1];
+  }
+
+  /// Whether the places span more than a line of angles, by enough to triangulate them.
+  bool in_a_plane_of_angles() const {
+    constexpr double kWide_deg = 0.01;
+    return columns_.size() > 2 && spread(&NavVertex::azimuth_deg) > kWide_deg &&
+           spread(&NavVertex::elevation_deg) > kWide_deg;
   }
 
   /// Fixes the angle that varies less. x of means_ becomes the one that counts.

@@ -18,10 +18,10 @@ struct NavspaceOptions {
 
 /// Joins the vertices of a space: fills simplices and edges, and on an arc sets the fixed angle of all vertices to its
 /// mean, so that the space has one dimension less (Klose et al. 2011, §5.1). Vertices come camera by camera, each
-/// camera's in order of time, azimuths unwrapped.
-/// Columns: a 2-D Delaunay triangulation of the cameras' mean directions (or their order along an arc), swept through
-/// time. Delaunay: of all vertices, one second weighing as much as degrees_per_second says.
-/// Throws Error(BadInput) when there are no two cameras, or nothing spans a simplex.
+/// camera's in order of time, azimuths unwrapped. One moment of an arc that is not quite level stays a surface of
+/// triangles. Columns: a 2-D Delaunay triangulation of the cameras' mean directions (or their order along an arc),
+/// swept through time. Delaunay: of all vertices, one second weighing as much as degrees_per_second says. Throws
+/// Error(BadInput) when there are no two cameras, or nothing spans a simplex.
 NavspaceReport join_vertices(Navspace& navspace, const NavspaceOptions& options);
 
 }  // namespace vantage

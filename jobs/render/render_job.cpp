@@ -24,7 +24,7 @@ int ram_mb(const FramePlan& plan, const Calibration& calibration) {
 
 WorkUnit unit_of(const RenderRequest& request, const VirtualView& view, const Calibration& calibration,
                  const Navspace& navspace) {
-  const FramePlan plan = plan_frame(view, request, navspace);
+  const FramePlan plan = plan_frame(view, request, calibration, navspace);
   WorkUnit unit;
   unit.name = render_job(request.name, view.frame);
   unit.unit = to_json(plan);

@@ -79,7 +79,17 @@ std::vector<double> closeness(const std::vector<double>& times_s, double time_s)
 /// seen.
 constexpr double kFillShare = 1e-3;
 
-std::vector<double> shares(const std::vector<PlannedImage>& images, const std::vector<double>& mu, double time_s) {
+/// How much a camera's direction counts beside its mu: cells may be slivers with a far corner, and far cameras see
+/// other things. 1 at the nearest camera's distance or less, falling with the square beyond twice that.
+double nearness(double distance, double nearest) {
+  const double beyond = distance / (2 * nearest + 1e-9);
+  return 1 / (1 + beyond * beyond);
+}
+
+/// distances: of the images' cameras from the eye.
+std::vector<double> shares(const std::vector<PlannedImage>& images, const std::vector<double>& mu,
+                           const std::vector<double>& distances, double time_s) {
+  const double nearest = *std::min_element(distances.begin(), distances.end());
   std::map<std::string, std::vector<std::size_t>> by_camera;
   for (std::size_t k = 0; k < images.size(); ++k) by_camera[images[k].id.camera].push_back(k);
   std::vector<double> share(images.size());
@@ -93,7 +103,8 @@ std::vector<double> shares(const std::vector<PlannedImage>& images, const std::v
     }
     const std::vector<double> close = closeness(times_s, time_s);
     for (std::size_t m = 0; m < members.size(); ++m) {
-      share[members[m]] = std::max(camera_mu, kFillShare) * std::max(close[m], kFillShare);
+      const double near = nearness(distances[members[m]], nearest);
+      share[members[m]] = near * std::max(camera_mu, kFillShare) * std::max(close[m], kFillShare);
       sum += share[members[m]];
     }
   }
@@ -119,7 +130,8 @@ std::string render_job(const std::string& request, int frame) {
   return fmt::format("render/{}/{:06d}", request, frame);
 }
 
-FramePlan plan_frame(const VirtualView& view, const RenderRequest& request, const Navspace& navspace) {
+FramePlan plan_frame(const VirtualView& view, const RenderRequest& request, const Calibration& calibration,
+                     const Navspace& navspace) {
   FramePlan plan;
   plan.time_s = view.time_s;
   plan.scene_distance = (view.cam_from_world * navspace.centre).norm();
@@ -136,7 +148,10 @@ FramePlan plan_frame(const VirtualView& view, const RenderRequest& request, cons
                        {},       eye.disparity};
     for (std::size_t k = 0; k < eye.location.vertices.size(); ++k)
       planned.mu[place.at(eye.location.vertices[k])] = eye.location.weights[k];
-    planned.share = shares(plan.images, planned.mu, plan.time_s);
+    std::vector<double> distances;
+    for (const PlannedImage& image : plan.images)
+      distances.push_back((calibration.pose(image.id).centre() - eye.cam_from_world.centre()).norm());
+    planned.share = shares(plan.images, planned.mu, distances, plan.time_s);
     plan.eyes.push_back(std::move(planned));
   }
   for (const auto& [i, k] : navspace.edges)

@@ -21,7 +21,7 @@ struct PlannedEye {
   Pinhole pinhole;
   RigidTransform cam_from_world;
   std::vector<double> mu;     ///< barycentric weight per image; sum 1
-  std::vector<double> share;  ///< weight of an image's colours: its camera's mu, by closeness in time; sum 1
+  std::vector<double> share;  ///< weight of an image's colours: its camera's mu, by closeness in place and time; sum 1
   std::optional<DisparityRule> disparity;
 };
 
@@ -37,7 +37,8 @@ struct FramePlan {
   bool reads_depth() const { return method != "correspondence"; }
 };
 
-FramePlan plan_frame(const VirtualView& view, const RenderRequest& request, const Navspace& navspace);
+FramePlan plan_frame(const VirtualView& view, const RenderRequest& request, const Calibration& calibration,
+                     const Navspace& navspace);
 
 Json to_json(const FramePlan& plan);
 FramePlan frame_plan_from(const Json& unit);

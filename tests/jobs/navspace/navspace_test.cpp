@@ -163,8 +163,15 @@ TEST(Navspace, OneMomentOfManyCamerasIsTriangles) {
   EXPECT_EQ(report.num_unused, 0U);
 }
 
-TEST(Navspace, OneMomentOfAnArcIsAChain) {
-  Navspace n = space_of({{10, 0, 0, 1, 1}, {-10, 0.1, 0, 1, 1}, {0, 0, 0, 1, 1}});
+TEST(Navspace, OneMomentOfAnUnevenArcIsTriangles) {
+  Navspace n = space_of({{10, 0, 0, 1, 1}, {-10, 0.1, 0, 1, 1}, {0, 0, 0, 1, 1}, {20, 0.6, 0, 1, 1}});
+  join_vertices(n, {});
+  for (const auto& s : n.simplices) EXPECT_EQ(s.size(), 3U);
+  EXPECT_EQ(n.simplices.size(), 2U);
+}
+
+TEST(Navspace, OneMomentOfALevelArcIsAChain) {
+  Navspace n = space_of({{10, 0, 0, 1, 1}, {-10, 0, 0, 1, 1}, {0, 0, 0, 1, 1}});
   join_vertices(n, {});
   EXPECT_EQ(n.simplices, (std::vector<std::vector<int>>{{1, 2}, {0, 2}}));
   EXPECT_EQ(n.edges.size(), 2U);
