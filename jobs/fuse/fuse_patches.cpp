@@ -15,7 +15,9 @@ bool is_static(const Patch& p) { return p.velocity.isZero(0.0F); }
 /// Points in cubes whose side is the power of two at or above the search radius: neighbours lie in the 27 cubes around.
 class SpatialHash {
  public:
-  void insert(const Eigen::Vector3f& at, double radius, int item) { cubes_[key(cube_of(at, level(radius)), level(radius))].push_back(item); }
+  void insert(const Eigen::Vector3f& at, double radius, int item) {
+    cubes_[key(cube_of(at, level(radius)), level(radius))].push_back(item);
+  }
   /// Items inserted with a radius of the same power of two, near a point.
   template <class Visit>
   void near(const Eigen::Vector3f& at, double radius, const Visit& visit) const {
@@ -44,7 +46,8 @@ class SpatialHash {
 };
 
 /// Eq. 9 (magnitudes) for two places.
-bool on_one_surface(const Eigen::Vector3f& between, const Eigen::Vector3f& n0, const Eigen::Vector3f& n1, double kappa) {
+bool on_one_surface(const Eigen::Vector3f& between, const Eigen::Vector3f& n0, const Eigen::Vector3f& n1,
+                    double kappa) {
   return n0.dot(n1) > 0 && std::abs(between.dot(n0)) + std::abs(between.dot(n1)) < kappa;
 }
 
@@ -69,7 +72,8 @@ std::vector<Candidate> static_candidates(const std::vector<std::vector<Patch>>& 
     for (const Patch& p : groups[g])
       if (is_static(p)) out.push_back({&p, static_cast<int>(g), spacing(p)});
   std::stable_sort(out.begin(), out.end(), [](const Candidate& a, const Candidate& b) {
-    return a.patch->num_views != b.patch->num_views ? a.patch->num_views > b.patch->num_views : a.patch->score > b.patch->score;
+    return a.patch->num_views != b.patch->num_views ? a.patch->num_views > b.patch->num_views
+                                                    : a.patch->score > b.patch->score;
   });
   return out;
 }
@@ -82,7 +86,8 @@ void absorb(Fused& kept, const Patch& p) {
   kept.patch.t1_s = std::max(kept.patch.t1_s, p.t1_s);
 }
 
-std::vector<Patch> fuse_static(const std::vector<std::vector<Patch>>& groups, const PatchSpacing& spacing, const FuseOptions& options) {
+std::vector<Patch> fuse_static(const std::vector<std::vector<Patch>>& groups, const PatchSpacing& spacing,
+                               const FuseOptions& options) {
   std::vector<Fused> kept;
   SpatialHash hash;
   for (const Candidate& c : static_candidates(groups, spacing)) {
@@ -119,13 +124,16 @@ struct Moving {
   float duration;  ///< of its own group
 };
 
-/// Kept patches of earlier groups that are still valid within a group's time, by where they are at the middle of the overlap.
+/// Kept patches of earlier groups that are still valid within a group's time, by where they are at the middle of the
+/// overlap.
 struct OverlapHash {
   float time_s;
   SpatialHash hash;
 };
 
-bool moves_alike(const Patch& a, const Patch& b, double duration, double tolerance) { return (a.velocity - b.velocity).norm() * duration < tolerance; }
+bool moves_alike(const Patch& a, const Patch& b, double duration, double tolerance) {
+  return (a.velocity - b.velocity).norm() * duration < tolerance;
+}
 
 /// The better patch, valid while either was. Empty when that would be longer than linear motion is trusted.
 std::optional<Patch> merged(const Moving& a, const Patch& b, double max_validity) {
@@ -139,7 +147,8 @@ std::optional<Patch> merged(const Moving& a, const Patch& b, double max_validity
 }
 
 /// Looks for a patch of an earlier group that is the same as p and merges it; false when there is none.
-bool merge_moving(std::vector<Moving>& kept, const std::vector<int>& earlier, const OverlapHash& overlap, const Patch& p, double spacing, const FuseOptions& options) {
+bool merge_moving(std::vector<Moving>& kept, const std::vector<int>& earlier, const OverlapHash& overlap,
+                  const Patch& p, double spacing, const FuseOptions& options) {
   const double radius = options.merge_distance * spacing;
   const Eigen::Vector3f at = p.position_at(overlap.time_s);
   int best = -1;
@@ -159,7 +168,8 @@ bool merge_moving(std::vector<Moving>& kept, const std::vector<int>& earlier, co
 }
 
 /// Kept patches that share time with a group, and the hash of where they are then.
-std::pair<std::vector<int>, OverlapHash> overlapping(const std::vector<Moving>& kept, const Patch& any_of_group, const PatchSpacing& spacing, const FuseOptions& options) {
+std::pair<std::vector<int>, OverlapHash> overlapping(const std::vector<Moving>& kept, const Patch& any_of_group,
+                                                     const PatchSpacing& spacing, const FuseOptions& options) {
   std::vector<int> earlier;
   OverlapHash overlap;
   float last = any_of_group.t0_s;
@@ -176,13 +186,15 @@ std::pair<std::vector<int>, OverlapHash> overlapping(const std::vector<Moving>& 
   return {std::move(earlier), std::move(overlap)};
 }
 
-std::vector<Patch> fuse_moving(const std::vector<std::vector<Patch>>& groups, const PatchSpacing& spacing, const FuseOptions& options) {
+std::vector<Patch> fuse_moving(const std::vector<std::vector<Patch>>& groups, const PatchSpacing& spacing,
+                               const FuseOptions& options) {
   std::vector<Moving> kept;
   for (const auto& group : groups) {
     if (group.empty()) continue;
     const auto [earlier, overlap] = overlapping(kept, group.front(), spacing, options);
     for (const Patch& p : group)
-      if (!is_static(p) && !merge_moving(kept, earlier, overlap, p, spacing(p), options)) kept.push_back({p, p.t1_s - p.t0_s});
+      if (!is_static(p) && !merge_moving(kept, earlier, overlap, p, spacing(p), options))
+        kept.push_back({p, p.t1_s - p.t0_s});
   }
   std::vector<Patch> out;
   for (const Moving& m : kept) out.push_back(m.patch);
@@ -191,7 +203,8 @@ std::vector<Patch> fuse_moving(const std::vector<std::vector<Patch>>& groups, co
 
 }  // namespace
 
-std::vector<Patch> fuse_patches(const std::vector<std::vector<Patch>>& groups, const PatchSpacing& spacing, const FuseOptions& options, FuseReport& report) {
+std::vector<Patch> fuse_patches(const std::vector<std::vector<Patch>>& groups, const PatchSpacing& spacing,
+                                const FuseOptions& options, FuseReport& report) {
   std::vector<Patch> model = fuse_static(groups, spacing, options);
   report.num_static = static_cast<int>(model.size());
   const std::vector<Patch> moving = fuse_moving(groups, spacing, options);

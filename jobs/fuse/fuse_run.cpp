@@ -19,7 +19,8 @@ namespace {
 std::vector<std::vector<Patch>> read_groups(const JobContext& context) {
   std::vector<std::vector<Patch>> groups;
   const auto count = context.unit().at("groups").get<std::size_t>();
-  for (std::size_t g = 0; g < count; ++g) groups.push_back(read_patches_ply(context.input(group_job_name(g)) / "patches.ply"));
+  for (std::size_t g = 0; g < count; ++g)
+    groups.push_back(read_patches_ply(context.input(group_job_name(g)) / "patches.ply"));
   return groups;
 }
 
@@ -38,24 +39,31 @@ std::vector<Patch> valid_at(const std::vector<Patch>& patches, float time_s) {
   return out;
 }
 
-std::string points_name(float time_s) { return fmt::format("points_{}.ply", std::lround(1000 * static_cast<double>(time_s))); }
+std::string points_name(float time_s) {
+  return fmt::format("points_{}.ply", std::lround(1000 * static_cast<double>(time_s)));
+}
 
-void write_surface(JobContext& context, const FuseJob::Params& params, const std::vector<Patch>& patches, float time_s, const PatchSpacing& spacing) {
+void write_surface(JobContext& context, const FuseJob::Params& params, const std::vector<Patch>& patches, float time_s,
+                   const PatchSpacing& spacing) {
   const auto points = context.scratch() / "surface_points.ply";
   write_points_ply(points, patches, time_s);
   const auto out = context.out("surface.ply");
-  const int vertices = write_poisson_surface(points, out, context.scratch(), {.depth = params.surface_depth, .trim = params.surface_trim});
+  const int vertices = write_poisson_surface(points, out, context.scratch(),
+                                             {.depth = params.surface_depth, .trim = params.surface_trim});
   context.figure("surface_vertices", vertices);
   if (vertices > 0) return;
-  context.warn(fmt::format("{} patches at {:.3f} s make no closed surface; surface.ply holds the patches as squares", patches.size(), static_cast<double>(time_s)));
+  context.warn(fmt::format("{} patches at {:.3f} s make no closed surface; surface.ply holds the patches as squares",
+                           patches.size(), static_cast<double>(time_s)));
   write_patch_squares(out, patches, time_s, spacing);
 }
 
 /// From the camera in the middle of the list, which is as good as any.
-void write_preview(const JobContext& context, const Calibration& calibration, const std::vector<Patch>& patches, float time_s) {
+void write_preview(const JobContext& context, const Calibration& calibration, const std::vector<Patch>& patches,
+                   float time_s) {
   std::vector<std::pair<const CameraModel*, const RigidTransform*>> posed;
   for (const auto& [name, camera] : calibration.cameras)
-    if (const auto pose = calibration.cam_from_world.lower_bound({name, 0}); pose != calibration.cam_from_world.end() && pose->first.camera == name)
+    if (const auto pose = calibration.cam_from_world.lower_bound({name, 0});
+        pose != calibration.cam_from_world.end() && pose->first.camera == name)
       posed.emplace_back(&camera, &pose->second);
   if (posed.empty()) return;
   const auto& [camera, pose] = posed[posed.size() / 2];
@@ -71,7 +79,8 @@ void FuseJob::run(JobContext& context, const Params& params) {
   const PatchSpacing spacing = measure_spacing(groups, PixelFootprint(calibration));
   context.progress(0.1, "merging groups");
   FuseReport report;
-  const std::vector<Patch> model = fuse_patches(groups, spacing, {.merge_distance = params.merge_distance, .kappa = params.kappa}, report);
+  const std::vector<Patch> model =
+      fuse_patches(groups, spacing, {.merge_distance = params.merge_distance, .kappa = params.kappa}, report);
   context.figure("patches", model.size());
   context.figure("static_patches", report.num_static);
   context.figure("moving_patches", report.num_moving);
@@ -80,7 +89,8 @@ void FuseJob::run(JobContext& context, const Params& params) {
 
   context.progress(0.4, "points");
   const std::vector<float> times = group_times(groups);
-  for (const float time_s : times) write_points_ply(context.out("points/" + points_name(time_s)), valid_at(model, time_s), time_s);
+  for (const float time_s : times)
+    write_points_ply(context.out("points/" + points_name(time_s)), valid_at(model, time_s), time_s);
   const float middle_s = times.empty() ? 0 : times[times.size() / 2];
   if (times.empty()) {
     context.warn("no group gave any patch: the model is empty");

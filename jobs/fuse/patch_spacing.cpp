@@ -20,7 +20,8 @@ double nearest_distance(const std::vector<Patch>& group, std::size_t of) {
 PixelFootprint::PixelFootprint(const Calibration& calibration) {
   for (const auto& [name, camera] : calibration.cameras) {
     const auto pose = calibration.cam_from_world.lower_bound({name, 0});
-    if (pose != calibration.cam_from_world.end() && pose->first.camera == name) cameras_.push_back({camera.pinhole, pose->second});
+    if (pose != calibration.cam_from_world.end() && pose->first.camera == name)
+      cameras_.push_back({camera.pinhole, pose->second});
   }
 }
 
@@ -33,7 +34,8 @@ double PixelFootprint::operator()(const Eigen::Vector3f& point, const Eigen::Vec
     nearest = std::min(nearest, width);
     const Eigen::Vector2d px = c.pinhole.project(p);
     const bool faces = (c.cam_from_world.R * normal.cast<double>()).dot(p) < 0;
-    if (faces && px.x() >= 0 && px.y() >= 0 && px.x() < c.pinhole.width && px.y() < c.pinhole.height) finest = std::min(finest, width);
+    if (faces && px.x() >= 0 && px.y() >= 0 && px.x() < c.pinhole.width && px.y() < c.pinhole.height)
+      finest = std::min(finest, width);
   }
   return std::isfinite(finest) ? finest : nearest;
 }

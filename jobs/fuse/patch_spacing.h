@@ -21,8 +21,8 @@ class PixelFootprint {
   std::vector<Camera> cameras_;
 };
 
-/// Spacing as a multiple of the footprint. The multiple is measured: the median over a sample of patches of the distance
-/// to the nearest patch of the same group, since patches do not say how densely they were made.
+/// Spacing as a multiple of the footprint. The multiple is measured: the median over a sample of patches of the
+/// distance to the nearest patch of the same group, since patches do not say how densely they were made.
 PatchSpacing measure_spacing(const std::vector<std::vector<Patch>>& groups, const PixelFootprint& footprint);
 
 }  // namespace vantage

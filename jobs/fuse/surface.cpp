@@ -6,7 +6,6 @@
 #include <sys/wait.h>
 
 #include <Eigen/Geometry>
-
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -60,14 +59,16 @@ void put_vertex(std::string& out, const Eigen::Vector3f& at, const Patch& p) {
 
 }  // namespace
 
-int write_poisson_surface(const fs::path& points_ply, const fs::path& out, const fs::path& scratch, const SurfaceOptions& options) {
+int write_poisson_surface(const fs::path& points_ply, const fs::path& out, const fs::path& scratch,
+                          const SurfaceOptions& options) {
   constexpr int kFewestPoints = 1000;  // poisson_mesher crashes on an empty cloud and makes blobs of a sparse one
   if (ply_count(points_ply, "vertex") < kFewestPoints) return 0;
   const fs::path mesh = scratch / "poisson.ply";
-  const int status = run_program({"colmap", "poisson_mesher", "--input_path", points_ply.string(), "--output_path", mesh.string(),
-                                  "--PoissonMeshing.depth", std::to_string(options.depth), "--PoissonMeshing.trim",
-                                  std::to_string(options.trim), "--PoissonMeshing.num_threads", "1"},
-                                 scratch / "poisson.log");
+  const int status =
+      run_program({"colmap", "poisson_mesher", "--input_path", points_ply.string(), "--output_path", mesh.string(),
+                   "--PoissonMeshing.depth", std::to_string(options.depth), "--PoissonMeshing.trim",
+                   std::to_string(options.trim), "--PoissonMeshing.num_threads", "1"},
+                  scratch / "poisson.log");
   // The exit code says little: a missing input ends with 0, a crash leaves half a file. What counts is the mesh.
   const int vertices = WIFEXITED(status) ? ply_count(mesh, "vertex") : 0;
   if (vertices == 0 || ply_count(mesh, "face") == 0) return 0;
@@ -75,15 +76,18 @@ int write_poisson_surface(const fs::path& points_ply, const fs::path& out, const
   return vertices;
 }
 
-void write_patch_squares(const fs::path& out, const std::vector<Patch>& patches, float time_s, const PatchSpacing& spacing) {
+void write_patch_squares(const fs::path& out, const std::vector<Patch>& patches, float time_s,
+                         const PatchSpacing& spacing) {
   std::string text = fmt::format(
       "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
-      "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face {}\nproperty list uchar int "
+      "vertex_indices\nend_header\n",
       4 * patches.size(), 2 * patches.size());
   for (const Patch& p : patches) {
     const float half = static_cast<float>(0.5 * spacing(p));
     const Eigen::Vector3f a = half * p.normal.unitOrthogonal(), b = p.normal.cross(a), c = p.position_at(time_s);
-    for (const Eigen::Vector3f& corner : {Eigen::Vector3f(c - a - b), Eigen::Vector3f(c + a - b), Eigen::Vector3f(c + a + b), Eigen::Vector3f(c - a + b)})
+    for (const Eigen::Vector3f& corner : {Eigen::Vector3f(c - a - b), Eigen::Vector3f(c + a - b),
+                                          Eigen::Vector3f(c + a + b), Eigen::Vector3f(c - a + b)})
       put_vertex(text, corner, p);
   }
   for (int i = 0; i < static_cast<int>(patches.size()); ++i)

@@ -94,7 +94,8 @@ std::vector<Window> windows(const std::vector<GroupCamera>& cameras, int group_f
   const double length = group_frames * interval, stride = (group_frames + 1) / 2 * interval;
   const double slack = 0.01 * interval;  // time stamps jitter by rounding; a frame on the edge must not flip sides
   std::vector<Window> out;
-  for (double from = first; out.empty() || from + length - stride <= last + slack; from += stride) out.push_back({from - slack, from + length - slack});
+  for (double from = first; out.empty() || from + length - stride <= last + slack; from += stride)
+    out.push_back({from - slack, from + length - slack});
   return out;
 }
 
@@ -109,7 +110,8 @@ std::vector<ImageId> images_in(const GroupCamera& camera, const Window& window, 
   return some;
 }
 
-std::vector<ImageId> group_of(const std::vector<GroupCamera>& cameras, const std::vector<int>& members, const Window& window) {
+std::vector<ImageId> group_of(const std::vector<GroupCamera>& cameras, const std::vector<int>& members,
+                              const Window& window) {
   std::vector<ImageId> group;
   std::size_t num_cameras = 0;
   for (const int c : members) {
@@ -184,7 +186,8 @@ std::optional<std::vector<std::vector<ImageId>>> planned_groups(const ShotState&
   if (!cameras) return std::nullopt;
   int group_frames = kDefaultGroupFrames;
   const Section section = state.shot().section("reconstruct");
-  if (const auto found = section.values.find("group_frames"); found != section.values.end()) group_frames = found->second.value.get<int>();
+  if (const auto found = section.values.find("group_frames"); found != section.values.end())
+    group_frames = found->second.value.get<int>();
   return image_groups(*cameras, group_frames);
 }
 

@@ -30,8 +30,8 @@ constexpr int kMaxGroupImages = 64;
 /// half; as camera indices. A ring of cameras is treated as one.
 std::vector<std::vector<int>> camera_neighbourhoods(const std::vector<GroupCamera>& cameras);
 
-/// Windows of group_frames frames in time, overlapping by half, times neighbourhoods. Cameras with one image each make a
-/// single window. Groups of fewer than 3 images or 2 cameras are left out; groups never exceed kMaxGroupImages.
+/// Windows of group_frames frames in time, overlapping by half, times neighbourhoods. Cameras with one image each make
+/// a single window. Groups of fewer than 3 images or 2 cameras are left out; groups never exceed kMaxGroupImages.
 std::vector<std::vector<ImageId>> image_groups(const std::vector<GroupCamera>& cameras, int group_frames);
 
 /// Default of [reconstruct] group_frames.

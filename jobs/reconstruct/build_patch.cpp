@@ -17,7 +17,8 @@ struct ViewScore {
 double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 180); }
 
 /// Whether a view can see the patch by geometry alone: facing it, inside the image, nothing in front.
-bool may_see(const PatchCloud& cloud, int view_index, const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double min_cosine) {
+bool may_see(const PatchCloud& cloud, int view_index, const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+             double min_cosine) {
   const View& view = cloud.group().view(view_index);
   const Eigen::Vector3d to_camera = view.centre - point;
   if (normal.dot(to_camera) < min_cosine * to_camera.norm()) return false;
@@ -26,15 +27,23 @@ bool may_see(const PatchCloud& cloud, int view_index, const Eigen::Vector3d& poi
   return cell >= 0 && !cloud.is_hidden(view_index, cell, at.depth);
 }
 
-/// Correlation of every view that may see the plane, the reference left out. The views whose correlation cannot be
-/// computed (border, no texture) are left out, too.
-std::vector<ViewScore> score_views(const PatchCloud& cloud, const ReferenceTexture& texture, const TangentPlane& plane, double max_angle_deg) {
+/// Views to compare with. Static patches: every camera's main view and all of the reference's own camera: more frames
+/// of the others would say nothing new. Moving ones: all.
+bool is_of_interest(const ViewGroup& group, int view, int reference, bool moves) {
+  return view != reference &&
+         (moves || group.view(view).main || group.view(view).camera == group.view(reference).camera);
+}
+
+/// Correlation of the views of interest that may see the plane. Those whose correlation cannot be computed (border, no
+/// texture) are left out.
+std::vector<ViewScore> score_views(const PatchCloud& cloud, const ReferenceTexture& texture, const TangentPlane& plane,
+                                   bool moves, double max_angle_deg) {
   const ViewGroup& group = cloud.group();
   const Eigen::Vector3d normal = normal_of(group, plane), centre = centre_at_reference_time(group, plane);
   const double reference_time = group.view(plane.reference).time_s;
   std::vector<ViewScore> scores;
   for (int v = 0; v < group.num_views(); ++v) {
-    if (v == plane.reference) continue;
+    if (!is_of_interest(group, v, plane.reference, moves)) continue;
     const Eigen::Vector3d point = centre + (group.view(v).time_s - reference_time) * plane.velocity;
     if (!may_see(cloud, v, point, normal, cosine_of(max_angle_deg))) continue;
     if (const auto c = texture.compare(plane, v, false)) scores.push_back({v, c->ncc});
@@ -43,7 +52,8 @@ std::vector<ViewScore> score_views(const PatchCloud& cloud, const ReferenceTextu
 }
 
 /// Best score of each other camera, best first.
-std::vector<ViewScore> best_per_camera(const ViewGroup& group, const std::vector<ViewScore>& scores, int own_camera, double least) {
+std::vector<ViewScore> best_per_camera(const ViewGroup& group, const std::vector<ViewScore>& scores, int own_camera,
+                                       double least) {
   std::vector<ViewScore> best(static_cast<std::size_t>(group.num_cameras), {-1, least});
   for (const ViewScore& s : scores) {
     ViewScore& b = best[static_cast<std::size_t>(group.view(s.view).camera)];
@@ -56,7 +66,8 @@ std::vector<ViewScore> best_per_camera(const ViewGroup& group, const std::vector
 }
 
 /// First and last usable view of a camera.
-void add_ends_of_camera(const ViewGroup& group, const std::vector<ViewScore>& scores, int camera, double least, std::vector<int>& out) {
+void add_ends_of_camera(const ViewGroup& group, const std::vector<ViewScore>& scores, int camera, double least,
+                        std::vector<int>& out) {
   int first = -1, last = -1;
   for (const ViewScore& s : scores) {
     if (group.view(s.view).camera != camera || s.ncc < least) continue;
@@ -67,31 +78,53 @@ void add_ends_of_camera(const ViewGroup& group, const std::vector<ViewScore>& sc
   if (last >= 0 && last != first) out.push_back(last);
 }
 
-/// Views to refine with. Static: one per camera, since more frames of a camera say nothing new. Moving: the ends in time
-/// of each camera, the reference's own among them: they carry the velocity.
-std::vector<int> refinement_views(const ViewGroup& group, const std::vector<ViewScore>& scores, const PatchGuess& guess, const BuildOptions& options) {
+/// Views to refine with. Static: one per camera, since more frames of a camera say nothing new. Moving: the ends in
+/// time of each camera, the reference's own among them: they carry the velocity.
+std::vector<int> refinement_views(const ViewGroup& group, const std::vector<ViewScore>& scores, const PatchGuess& guess,
+                                  const BuildOptions& options) {
   const int own = group.view(guess.reference).camera;
   std::vector<ViewScore> cameras = best_per_camera(group, scores, own, options.start_ncc);
-  if (cameras.size() > static_cast<std::size_t>(options.max_cameras)) cameras.resize(static_cast<std::size_t>(options.max_cameras));
+  if (cameras.size() > static_cast<std::size_t>(options.max_cameras))
+    cameras.resize(static_cast<std::size_t>(options.max_cameras));
   std::vector<int> views;
   for (const ViewScore& s : cameras) {
-    if (guess.moves) add_ends_of_camera(group, scores, group.view(s.view).camera, options.start_ncc, views);
-    else views.push_back(s.view);
+    if (guess.moves)
+      add_ends_of_camera(group, scores, group.view(s.view).camera, options.start_ncc, views);
+    else
+      views.push_back(s.view);
   }
   if (views.empty()) return views;
   if (guess.moves) add_ends_of_camera(group, scores, own, options.start_ncc, views);
   return views;
 }
 
-/// A static point looks the same in the other frames of its own camera, but where something passes in front.
-bool stands_still(const ViewGroup& group, const std::vector<ViewScore>& scores, int reference, double seen_ncc) {
+/// A static point looks the same in the other frames of its own camera, but where something passes in front: there the
+/// viewpoint is the same, so these must agree about as well as the other cameras do.
+bool stands_still(const ViewGroup& group, const std::vector<ViewScore>& scores, int reference, double least_ncc) {
   int agree = 0, all = 0;
   for (const ViewScore& s : scores)
     if (group.view(s.view).camera == group.view(reference).camera) {
       ++all;
-      agree += s.ncc >= seen_ncc;
+      agree += s.ncc >= least_ncc;
     }
   return 2 * agree >= all;
+}
+
+/// Whether the views that see a moving patch agree less when it is held still.
+bool moves_visibly(const ReferenceTexture& texture, const TangentPlane& plane, const std::vector<ViewScore>& scores,
+                   double seen_ncc) {
+  constexpr double kMinGain = 0.004;  // a velocity fitted to noise gains less
+  TangentPlane held = plane;
+  held.velocity.setZero();
+  double gain = 0;
+  int count = 0;
+  for (const ViewScore& s : scores) {
+    if (s.ncc < seen_ncc) continue;
+    const auto c = texture.compare(held, s.view, false);
+    gain += s.ncc - (c ? c->ncc : 0.0);
+    ++count;
+  }
+  return gain > kMinGain * count;
 }
 
 struct Support {
@@ -147,12 +180,13 @@ std::optional<LivePatch> build_patch(const PatchCloud& cloud, const PatchGuess& 
   const ViewGroup& group = cloud.group();
   const View& reference = group.view(guess.reference);
   const Eigen::Vector3d velocity = guess.moves ? guess.velocity : Eigen::Vector3d::Zero();
-  const auto start = tangent_plane(group, guess.reference, guess.position + reference.time_s * velocity, guess.normal, velocity);
+  const auto start =
+      tangent_plane(group, guess.reference, guess.position + reference.time_s * velocity, guess.normal, velocity);
   if (!start) return std::nullopt;
   const auto texture = ReferenceTexture::sample(group, guess.reference, start->px);
   if (!texture) return std::nullopt;
 
-  const auto first_scores = score_views(cloud, *texture, *start, options.max_angle_deg);
+  const auto first_scores = score_views(cloud, *texture, *start, guess.moves, options.max_angle_deg);
   const std::vector<int> views = refinement_views(group, first_scores, guess, options);
   if (views.empty()) return std::nullopt;
   RefineOptions refine_options = options.refine;
@@ -161,11 +195,16 @@ std::optional<LivePatch> build_patch(const PatchCloud& cloud, const PatchGuess& 
   if (!(plane.inverse_depth > 0)) return std::nullopt;
 
   const Eigen::Vector3d to_camera = reference.centre - centre_at_reference_time(group, plane);
-  if (normal_of(group, plane).dot(to_camera) < cosine_of(options.max_angle_deg + 10) * to_camera.norm()) return std::nullopt;
-  const auto scores = score_views(cloud, *texture, plane, options.max_angle_deg + 10);
+  if (normal_of(group, plane).dot(to_camera) < cosine_of(options.max_angle_deg + 10) * to_camera.norm())
+    return std::nullopt;
+  const auto scores = score_views(cloud, *texture, plane, guess.moves, options.max_angle_deg + 10);
   const Support support = support_of(group, scores, guess.reference, options.seen_ncc);
-  if (support.num_views < options.min_views || support.num_cameras < 2 || support.mean_ncc < options.min_ncc) return std::nullopt;
-  if (guess.moves ? support.num_times < 2 : !stands_still(group, scores, guess.reference, options.seen_ncc)) return std::nullopt;
+  if (support.num_views < options.min_views || support.num_cameras < 2 || support.mean_ncc < options.min_ncc)
+    return std::nullopt;
+  const bool consistent =
+      guess.moves ? support.num_times >= 2 && moves_visibly(*texture, plane, scores, options.seen_ncc)
+                  : stands_still(group, scores, guess.reference, std::max(options.seen_ncc, support.mean_ncc - 0.02));
+  if (!consistent) return std::nullopt;
   return live_patch(cloud, plane, support, guess.moves);
 }
 

@@ -14,7 +14,8 @@ std::size_t count_textured_cells(const PatchCloud& cloud) {
   for (int v = 0; v < cloud.group().num_views(); ++v) {
     if (!cloud.group().view(v).main) continue;
     const int cells = cloud.map(v).cols * cloud.map(v).rows;
-    for (int c = 0; c < cells; ++c) count += ReferenceTexture::sample(cloud.group(), v, cloud.cell_centre(v, c)).has_value();
+    for (int c = 0; c < cells; ++c)
+      count += ReferenceTexture::sample(cloud.group(), v, cloud.cell_point(v, c)).has_value();
   }
   return count;
 }
@@ -30,7 +31,7 @@ double coverage(const PatchCloud& cloud, std::size_t textured) {
 /// meets it far away, at a grazing angle.
 std::optional<PatchGuess> neighbour_guess(const PatchCloud& cloud, const LivePatch& patch, int view_index, int cell) {
   const View& view = cloud.group().view(view_index);
-  const Eigen::Vector3d ray = world_ray(view, cloud.cell_centre(view_index, cell));
+  const Eigen::Vector3d ray = world_ray(view, cloud.cell_point(view_index, cell));
   const Eigen::Vector3d centre = patch.at(view.time_s);
   const double along = patch.normal.dot(ray);
   if (along >= -0.1 * ray.norm()) return std::nullopt;
@@ -100,9 +101,53 @@ class Expander {
   std::priority_queue<std::pair<double, int>, std::vector<std::pair<double, int>>, Later> queue_;
 };
 
+/// A static patch as it would be with a velocity: where it is now at its reference's time.
+PatchGuess set_in_motion(const PatchCloud& cloud, const LivePatch& patch, const Eigen::Vector3d& velocity) {
+  return {patch.reference, patch.position - cloud.group().view(patch.reference).time_s * velocity, patch.normal,
+          velocity, true};
+}
+
+/// Static patches in the cells around a patch, in the main views that see it, that lie on its surface.
+std::vector<int> static_neighbours(const PatchCloud& cloud, int patch) {
+  const LivePatch& p = cloud.patch(patch);
+  std::vector<int> out;
+  for (int v = 0; v < cloud.group().num_views(); ++v) {
+    const int cell = cloud.group().view(v).main && p.seen_in(v) ? cloud.cell_of(p, v) : -1;
+    if (cell < 0) continue;
+    for (const int next : neighbours(cloud.map(v), cell)) {
+      const int other = cloud.map(v).nearest[static_cast<std::size_t>(next)];
+      if (other < 0 || cloud.patch(other).moves) continue;
+      const LivePatch& q = cloud.patch(other);
+      if (lie_on_one_surface(p, q, cloud.group().view(v).time_s, 2 * (p.radius + q.radius))) out.push_back(other);
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
-ExpansionReport expand(PatchCloud& cloud, const ExpansionOptions& options, const std::function<void(double)>& progress) {
+int spread_motion(PatchCloud& cloud, const BuildOptions& options) {
+  std::vector<int> work;
+  for (int i = 0; i < static_cast<int>(cloud.patches().size()); ++i)
+    if (cloud.patch(i).moves) work.push_back(i);
+  std::vector<bool> tested(cloud.patches().size(), false);
+  int changed = 0;
+  for (std::size_t k = 0; k < work.size(); ++k)
+    for (const int other : static_neighbours(cloud, work[k])) {
+      if (tested[static_cast<std::size_t>(other)]) continue;
+      tested[static_cast<std::size_t>(other)] = true;
+      const auto moving =
+          build_patch(cloud, set_in_motion(cloud, cloud.patch(other), cloud.patch(work[k]).velocity), options);
+      if (!moving) continue;
+      cloud.patch(other) = *moving;
+      work.push_back(other);
+      ++changed;
+    }
+  return changed;
+}
+
+ExpansionReport expand(PatchCloud& cloud, const ExpansionOptions& options,
+                       const std::function<void(double)>& progress) {
   constexpr int kCheckEvery = 500;  // steps; counting filled cells costs about as much as ten expansions
   ExpansionReport report;
   const std::size_t textured = count_textured_cells(cloud);

@@ -15,7 +15,8 @@ double kappa(const LivePatch& a, const LivePatch& b) { return a.radius + b.radiu
 /// All live patches of each cell of one view.
 class CellLists {
  public:
-  CellLists(const PatchCloud& cloud, int view) : map_(&cloud.map(view)), start_(map_->nearest.size() + 1, 0), cell_(cloud.patches().size(), -1) {
+  CellLists(const PatchCloud& cloud, int view)
+      : map_(&cloud.map(view)), start_(map_->nearest.size() + 1, 0), cell_(cloud.patches().size(), -1) {
     for (std::size_t i = 0; i < cell_.size(); ++i) {
       const LivePatch& p = cloud.patch(static_cast<int>(i));
       if (p.alive && p.seen_in(view)) cell_[i] = cloud.cell_of(p, view);
@@ -25,7 +26,8 @@ class CellLists {
     items_.resize(static_cast<std::size_t>(start_.back()));
     std::vector<int> at(start_.begin(), start_.end() - 1);
     for (std::size_t i = 0; i < cell_.size(); ++i)
-      if (cell_[i] >= 0) items_[static_cast<std::size_t>(at[static_cast<std::size_t>(cell_[i])]++)] = static_cast<int>(i);
+      if (cell_[i] >= 0)
+        items_[static_cast<std::size_t>(at[static_cast<std::size_t>(cell_[i])]++)] = static_cast<int>(i);
   }
   int cell_of(int patch) const { return cell_[static_cast<std::size_t>(patch)]; }
   /// Calls visit(patch) for all patches within reach cells of a patch, itself left out.
@@ -168,7 +170,9 @@ int drop_velocity_outliers(PatchCloud& cloud, const std::vector<CellLists>& list
 /// Union-find with path halving.
 class Components {
  public:
-  explicit Components(std::size_t count) : parent_(count), size_(count, 1) { std::iota(parent_.begin(), parent_.end(), 0); }
+  explicit Components(std::size_t count) : parent_(count), size_(count, 1) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
   int find(int i) {
     while (at(i) != i) i = at(i) = at(at(i));
     return i;
@@ -220,6 +224,32 @@ FilterReport filter(PatchCloud& cloud, const FilterOptions& options) {
   report.island = drop_islands(cloud, lists, options);
   cloud.rebuild();
   return report;
+}
+
+void smooth_velocities(PatchCloud& cloud, int window_cells) {
+  const std::vector<CellLists> lists = all_lists(cloud);
+  std::vector<Eigen::Vector3d> smooth;
+  for (int i = 0; i < static_cast<int>(cloud.patches().size()); ++i) {
+    const LivePatch& p = cloud.patch(i);
+    smooth.push_back(p.velocity);
+    if (!p.moves) continue;
+    const int home = home_view(cloud, p);
+    const double t = cloud.group().view(home).time_s;
+    int count = 1;
+    lists[static_cast<std::size_t>(home)].around(i, window_cells, [&](int other) {
+      const LivePatch& q = cloud.patch(other);
+      if (!q.moves || !lie_on_one_surface(p, q, t, kappa(p, q))) return;
+      smooth.back() += q.velocity;
+      ++count;
+    });
+    smooth.back() /= count;
+  }
+  for (int i = 0; i < static_cast<int>(cloud.patches().size()); ++i) {
+    LivePatch& p = cloud.patch(i);
+    const double t = cloud.group().view(p.reference).time_s;
+    p.position += t * (p.velocity - smooth[static_cast<std::size_t>(i)]);
+    p.velocity = smooth[static_cast<std::size_t>(i)];
+  }
 }
 
 }  // namespace vantage

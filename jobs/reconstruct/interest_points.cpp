@@ -46,7 +46,8 @@ std::vector<Eigen::Vector2d> corners(const cv::Mat1f& grey, const InterestPointO
   std::vector<Eigen::Vector2d> out;
   for (int y = kBorder; y < grey.rows - kBorder; y += options.grid_px)
     for (int x = kBorder; x < grey.cols - kBorder; x += options.grid_px) {
-      const cv::Rect cell(x, y, std::min(options.grid_px, grey.cols - kBorder - x), std::min(options.grid_px, grey.rows - kBorder - y));
+      const cv::Rect cell(x, y, std::min(options.grid_px, grey.cols - kBorder - x),
+                          std::min(options.grid_px, grey.rows - kBorder - y));
       const cv::Point p = best_of_cell(m, cell, std::max(least, 1e-6));
       if (p.x < 0) continue;
       out.emplace_back(p.x + 0.5 + parabola_peak(m(p.y, p.x - 1), m(p), m(p.y, p.x + 1)),
@@ -72,7 +73,8 @@ InterestPoints find_interest_points(const View& view, const Eigen::Vector3d& up,
   std::vector<cv::KeyPoint> keypoints;
   for (const auto& px : points.px)
     keypoints.emplace_back(cv::Point2f(static_cast<float>(px.x() - 0.5), static_cast<float>(px.y() - 0.5)),
-                           static_cast<float>(options.descriptor_px), static_cast<float>(angle_deg < 0 ? angle_deg + 360 : angle_deg));
+                           static_cast<float>(options.descriptor_px),
+                           static_cast<float>(angle_deg < 0 ? angle_deg + 360 : angle_deg));
   cv::Mat1b grey;
   view.grey.convertTo(grey, CV_8U);
   const std::size_t count = keypoints.size();

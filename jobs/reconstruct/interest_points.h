@@ -14,9 +14,9 @@ struct InterestPoints {
 };
 
 struct InterestPointOptions {
-  int grid_px = 12;             ///< side of the cells, the best point of which is taken
-  double quality = 0.002;       ///< least eigenvalue, relative to the image's 99.9th percentile
-  double descriptor_px = 5;     ///< diameter of the keypoint; the descriptor reaches about 3 times as far
+  int grid_px = 12;          ///< side of the cells, the best point of which is taken
+  double quality = 0.002;    ///< least eigenvalue, relative to the image's 99.9th percentile
+  double descriptor_px = 5;  ///< diameter of the keypoint; the descriptor reaches about 3 times as far
 };
 
 /// Where both eigenvalues of the gradient covariance are large (Shi and Tomasi 1994), one per grid cell, so that points

@@ -174,11 +174,13 @@ std::optional<LineOfMovement> robust(std::span<const RayObservation> rays, Solve
 }
 
 double duration(std::span<const RayObservation> rays) {
-  const auto [a, b] = std::minmax_element(rays.begin(), rays.end(), [](auto& l, auto& r) { return l.time_s < r.time_s; });
+  const auto [a, b] =
+      std::minmax_element(rays.begin(), rays.end(), [](auto& l, auto& r) { return l.time_s < r.time_s; });
   return b->time_s - a->time_s;
 }
 
-bool well_conditioned(const LineOfMovement& line, std::span<const RayObservation> rays, const LineOfMovementOptions& o) {
+bool well_conditioned(const LineOfMovement& line, std::span<const RayObservation> rays,
+                      const LineOfMovementOptions& o) {
   const double unit = pixels_per_unit(line, rays[static_cast<std::size_t>(line.inliers.front())]);
   const double noise = o.noise_px * unit;
   return noise * line.sigma_position <= o.max_sigma_position_px &&

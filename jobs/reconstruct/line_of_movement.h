@@ -9,22 +9,22 @@ namespace vantage {
 
 /// Where an image saw a point: the viewing ray (world frame) and when.
 struct RayObservation {
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();     ///< camera centre
-  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ(); ///< unit
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();      ///< camera centre
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< unit
   double time_s = 0;
-  int camera = 0;        ///< which physical camera
-  double focal_px = 1;   ///< turns angles into pixels
+  int camera = 0;       ///< which physical camera
+  double focal_px = 1;  ///< turns angles into pixels
 };
 
 /// x(t) = position + t * velocity: Klose et al. 2011, Eq. 7.
 struct LineOfMovement {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< at t = 0
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
-  bool moves = false;           ///< false: velocity was not supported by the rays and is 0
-  double sigma_position = 0;    ///< worst direction, world units, for 1 px of noise
-  double sigma_velocity = 0;    ///< worst direction, world units per second; 0 for a static point
-  double rms_px = 0;            ///< over the inliers
-  std::vector<int> inliers;     ///< indices into the observations, rising
+  bool moves = false;         ///< false: velocity was not supported by the rays and is 0
+  double sigma_position = 0;  ///< worst direction, world units, for 1 px of noise
+  double sigma_velocity = 0;  ///< worst direction, world units per second; 0 for a static point
+  double rms_px = 0;          ///< over the inliers
+  std::vector<int> inliers;   ///< indices into the observations, rising
   Eigen::Vector3d at(double time_s) const { return position + time_s * velocity; }
 };
 
@@ -40,8 +40,8 @@ std::optional<LineOfMovement> solve_static(std::span<const RayObservation> rays)
 double reprojection_error_px(const LineOfMovement& line, const RayObservation& ray);
 
 struct LineOfMovementOptions {
-  double max_error_px = 1.5;     ///< inlier threshold of RANSAC and of the final check
-  double noise_px = 0.5;         ///< expected localisation noise, for the model choice
+  double max_error_px = 1.5;           ///< inlier threshold of RANSAC and of the final check
+  double noise_px = 0.5;               ///< expected localisation noise, for the model choice
   double max_sigma_position_px = 2.1;  ///< 0.3 of a 7 px patch, in pixels at the point's depth
   double max_motion_sigma_px = 3.5;    ///< same for sigma_velocity * duration: 0.5 of a patch
   int num_samples = 48;

@@ -37,7 +37,8 @@ class Gate {
     const Eigen::Vector3d image = transfer_ * px.homogeneous();
     if (same_place_) {
       const Eigen::Vector2d centre = image.hnormalized();
-      return [centre, reach = reach_px_](const Eigen::Vector2d& q) { return (q - centre).squaredNorm() <= reach * reach; };
+      return
+          [centre, reach = reach_px_](const Eigen::Vector2d& q) { return (q - centre).squaredNorm() <= reach * reach; };
     }
     const Eigen::Vector3d line = image / std::max(1e-12, image.head<2>().norm());
     return [line, reach = reach_px_](const Eigen::Vector2d& q) { return std::abs(line.dot(q.homogeneous())) <= reach; };
@@ -54,9 +55,10 @@ float descriptor_distance2(const cv::Mat1f& a, int i, const cv::Mat1f& b, int j)
   return (Row(a[i]) - Row(b[j])).squaredNorm();
 }
 
-/// Best match in b of every point of a; -1 where the ratio test fails. Candidates within 3 px of the best do not count as
-/// second best: they are the same thing.
-std::vector<int> nearest(const View& a, const View& b, const InterestPoints& pa, const InterestPoints& pb, const MatchOptions& options) {
+/// Best match in b of every point of a; -1 where the ratio test fails. Candidates within 3 px of the best do not count
+/// as second best: they are the same thing.
+std::vector<int> nearest(const View& a, const View& b, const InterestPoints& pa, const InterestPoints& pb,
+                         const MatchOptions& options) {
   const Gate gate(a, b, options);
   std::vector<int> best(pa.px.size(), -1);
   std::vector<std::pair<float, int>> candidates;
@@ -65,7 +67,9 @@ std::vector<int> nearest(const View& a, const View& b, const InterestPoints& pa,
     const auto allowed = gate.at(pa.px[i]);
     for (std::size_t j = 0; j < pb.px.size(); ++j)
       if (allowed(pb.px[j]))
-        candidates.emplace_back(descriptor_distance2(pa.descriptors, static_cast<int>(i), pb.descriptors, static_cast<int>(j)), static_cast<int>(j));
+        candidates.emplace_back(
+            descriptor_distance2(pa.descriptors, static_cast<int>(i), pb.descriptors, static_cast<int>(j)),
+            static_cast<int>(j));
     if (candidates.empty()) continue;
     const auto first = *std::min_element(candidates.begin(), candidates.end());
     float second = 2.0F;  // unit descriptors with no negative entries are at most sqrt(2) apart
@@ -77,12 +81,14 @@ std::vector<int> nearest(const View& a, const View& b, const InterestPoints& pa,
   return best;
 }
 
-PairMatches mutual_matches(const View& a, const View& b, const InterestPoints& pa, const InterestPoints& pb, const MatchOptions& options) {
+PairMatches mutual_matches(const View& a, const View& b, const InterestPoints& pa, const InterestPoints& pb,
+                           const MatchOptions& options) {
   PairMatches out;
   if (pa.px.empty() || pb.px.empty()) return out;
   const std::vector<int> forth = nearest(a, b, pa, pb, options), back = nearest(b, a, pb, pa, options);
   for (std::size_t i = 0; i < forth.size(); ++i)
-    if (forth[i] >= 0 && back[static_cast<std::size_t>(forth[i])] == static_cast<int>(i)) out.emplace_back(static_cast<int>(i), forth[i]);
+    if (forth[i] >= 0 && back[static_cast<std::size_t>(forth[i])] == static_cast<int>(i))
+      out.emplace_back(static_cast<int>(i), forth[i]);
   return out;
 }
 
@@ -93,10 +99,12 @@ bool is_useful(const MatchSet& set, const ViewGroup& group) {
 }
 
 /// Every point with all its matches, whether or not these match each other.
-std::vector<MatchSet> stars(const ViewGroup& group, const std::vector<InterestPoints>& points, const MatchOptions& options) {
+std::vector<MatchSet> stars(const ViewGroup& group, const std::vector<InterestPoints>& points,
+                            const MatchOptions& options) {
   std::vector<std::vector<MatchSet>> star(points.size());
   for (std::size_t v = 0; v < points.size(); ++v)
-    for (std::size_t i = 0; i < points[v].px.size(); ++i) star[v].push_back({{{static_cast<int>(v), static_cast<int>(i)}}});
+    for (std::size_t i = 0; i < points[v].px.size(); ++i)
+      star[v].push_back({{{static_cast<int>(v), static_cast<int>(i)}}});
   for (int a = 0; a < group.num_views(); ++a)
     for (int b = a + 1; b < group.num_views(); ++b) {
       const auto ua = static_cast<std::size_t>(a), ub = static_cast<std::size_t>(b);
@@ -114,12 +122,16 @@ std::vector<MatchSet> stars(const ViewGroup& group, const std::vector<InterestPo
 
 }  // namespace
 
-std::vector<MatchSet> find_match_sets(const ViewGroup& group, const std::vector<InterestPoints>& points, const MatchOptions& options) {
+std::vector<MatchSet> find_match_sets(const ViewGroup& group, const std::vector<InterestPoints>& points,
+                                      const MatchOptions& options) {
   std::vector<MatchSet> sets = stars(group, points, options);
-  std::stable_sort(sets.begin(), sets.end(), [](const MatchSet& a, const MatchSet& b) { return a.members.size() > b.members.size(); });
+  std::stable_sort(sets.begin(), sets.end(),
+                   [](const MatchSet& a, const MatchSet& b) { return a.members.size() > b.members.size(); });
   std::vector<std::vector<bool>> used;
   for (const auto& p : points) used.emplace_back(p.px.size(), false);
-  const auto is_used = [&](const MatchSet::Member& m) { return used[static_cast<std::size_t>(m.view)][static_cast<std::size_t>(m.point)]; };
+  const auto is_used = [&](const MatchSet::Member& m) {
+    return used[static_cast<std::size_t>(m.view)][static_cast<std::size_t>(m.point)];
+  };
   std::vector<MatchSet> out;
   for (MatchSet& set : sets) {
     if (is_used(set.members.front())) continue;
@@ -131,13 +143,17 @@ std::vector<MatchSet> find_match_sets(const ViewGroup& group, const std::vector<
   return out;
 }
 
-std::vector<RayObservation> rays_of(const MatchSet& set, const ViewGroup& group, const std::vector<InterestPoints>& points) {
+std::vector<RayObservation> rays_of(const MatchSet& set, const ViewGroup& group,
+                                    const std::vector<InterestPoints>& points) {
   std::vector<RayObservation> rays;
   for (const auto& m : set.members) {
     const View& view = group.view(m.view);
     const Eigen::Vector2d& px = points[static_cast<std::size_t>(m.view)].px[static_cast<std::size_t>(m.point)];
-    rays.push_back({.origin = view.centre, .direction = world_ray(view, px).normalized(), .time_s = view.time_s,
-                    .camera = view.camera, .focal_px = view.pinhole.fx});
+    rays.push_back({.origin = view.centre,
+                    .direction = world_ray(view, px).normalized(),
+                    .time_s = view.time_s,
+                    .camera = view.camera,
+                    .focal_px = view.pinhole.fx});
   }
   return rays;
 }

@@ -6,15 +6,27 @@
 
 namespace vantage {
 
+namespace {
+
+/// The R2 sequence (Roberts 2018): successive numbers fill the square evenly.
+Eigen::Vector2d point_in_cell(int number) {
+  const double x = 0.5 + number * 0.7548776662466927, y = 0.5 + number * 0.5698402909980532;
+  return Eigen::Vector2d(0.25 + 0.5 * (x - std::floor(x)), 0.25 + 0.5 * (y - std::floor(y)));
+}
+
+}  // namespace
+
 bool lie_on_one_surface(const LivePatch& a, const LivePatch& b, double time_s, double kappa) {
   const Eigen::Vector3d between = b.at(time_s) - a.at(time_s);
   return std::abs(between.dot(a.normal)) + std::abs(between.dot(b.normal)) < kappa;
 }
 
-PatchCloud::PatchCloud(const ViewGroup& group, int cell_px) : group_(&group), cell_px_(cell_px) { clear_maps(); }
+PatchCloud::PatchCloud(const ViewGroup& group, int cell_px)
+    : group_(&group), cell_px_(cell_px), point_in_cell_(point_in_cell(group.views.front().id.frame)) {
+  make_maps();
+}
 
-void PatchCloud::clear_maps() {
-  maps_.clear();
+void PatchCloud::make_maps() {
   for (const View& view : group_->views) {
     CellMap map;
     map.cols = (view.pinhole.width + cell_px_ - 1) / cell_px_;
@@ -32,9 +44,9 @@ int PatchCloud::cell_at(int view, const Eigen::Vector2d& px) const {
   return static_cast<int>(px.y()) / cell_px_ * map(view).cols + static_cast<int>(px.x()) / cell_px_;
 }
 
-Eigen::Vector2d PatchCloud::cell_centre(int view, int cell) const {
+Eigen::Vector2d PatchCloud::cell_point(int view, int cell) const {
   const int cols = map(view).cols;
-  return {(cell % cols + 0.5) * cell_px_, (cell / cols + 0.5) * cell_px_};
+  return cell_px_ * (Eigen::Vector2d(cell % cols, cell / cols) + point_in_cell_);
 }
 
 int PatchCloud::cell_of(const LivePatch& patch, int view) const {
@@ -68,7 +80,10 @@ void PatchCloud::mark(int index) {
 
 void PatchCloud::rebuild() {
   std::erase_if(patches_, [](const LivePatch& p) { return !p.alive; });
-  clear_maps();
+  for (CellMap& map : maps_) {
+    std::fill(map.nearest.begin(), map.nearest.end(), -1);
+    std::fill(map.depth.begin(), map.depth.end(), std::numeric_limits<float>::infinity());
+  }
   for (std::size_t i = 0; i < patches_.size(); ++i) mark(static_cast<int>(i));
 }
 

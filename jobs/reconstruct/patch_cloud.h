@@ -9,14 +9,14 @@ namespace vantage {
 
 /// A patch under construction: Klose et al. 2011, §6. Times are relative to the group's reference time.
 struct LivePatch {
-  int reference = 0;                                  ///< view it was refined in
-  Eigen::Vector3d position = Eigen::Vector3d::Zero(); ///< at t = 0
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, towards the reference camera
+  int reference = 0;                                   ///< view it was refined in
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< at t = 0
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   ///< unit, towards the reference camera
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
-  bool moves = false;    ///< false: velocity is exactly 0
-  ViewSet seen = 0;      ///< views that agree with it, the reference among them
-  double score = 0;      ///< mean NCC of the reference with the others
-  double radius = 0;     ///< width of a cell at its depth, world units
+  bool moves = false;  ///< false: velocity is exactly 0
+  ViewSet seen = 0;    ///< views that agree with it, the reference among them
+  double score = 0;    ///< mean NCC of the reference with the others
+  double radius = 0;   ///< width of a cell at its depth, world units
   cv::Vec3b bgr;
   bool alive = true;
   Eigen::Vector3d at(double time_s) const { return position + time_s * velocity; }
@@ -29,9 +29,9 @@ bool lie_on_one_surface(const LivePatch& a, const LivePatch& b, double time_s, d
 /// A grid over one view. Cells are cell_px wide; a cell knows the nearest patch seen through it.
 struct CellMap {
   int cols = 0, rows = 0;
-  std::vector<int> nearest;            ///< patch, or -1
-  std::vector<float> depth;            ///< of that patch
-  std::vector<unsigned char> tried[2]; ///< expansions into the cell that failed: static, moving
+  std::vector<int> nearest;             ///< patch, or -1
+  std::vector<float> depth;             ///< of that patch
+  std::vector<unsigned char> tried[2];  ///< expansions into the cell that failed: static, moving
 };
 
 /// Patches and, for every view, which cells they fill. Patches are numbered in order of birth.
@@ -48,7 +48,9 @@ class PatchCloud {
 
   /// Index of the cell that holds a pixel of the view; -1 outside the image.
   int cell_at(int view, const Eigen::Vector2d& px) const;
-  Eigen::Vector2d cell_centre(int view, int cell) const;
+  /// Where a patch of a cell is started: a point in its middle half, the same in all cells of a group. Groups differ,
+  /// so that together they sample what stands still more finely than one.
+  Eigen::Vector2d cell_point(int view, int cell) const;
   /// Cell of a patch in a view at that view's time; -1 outside.
   int cell_of(const LivePatch& patch, int view) const;
   /// Width of a cell at a depth, world units.
@@ -57,17 +59,18 @@ class PatchCloud {
   bool is_hidden(int view, int cell, double depth) const;
 
   int add(LivePatch patch);
-  /// Forgets dead patches and failed expansions; numbers change.
+  /// Forgets dead patches; numbers change. Failed expansions stay on record.
   void rebuild();
-  /// Share of the given cells of a view that are filled.
+  /// Cells of a view that a patch is seen through.
   std::size_t num_filled(int view) const;
 
  private:
   void mark(int patch);
-  void clear_maps();
+  void make_maps();
 
   const ViewGroup* group_;
   int cell_px_;
+  Eigen::Vector2d point_in_cell_;  ///< in cells
   std::vector<LivePatch> patches_;
   std::vector<CellMap> maps_;
 };

@@ -21,7 +21,8 @@ Sample bilinear(const cv::Mat1f& image, double px, double py) {
   const float* row = image[y] + x;
   const float* below = image[y + 1] + x;
   const double a = row[0], b = row[1], c = below[0], d = below[1];
-  return {(1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d), (1 - v) * (b - a) + v * (d - c), (1 - u) * (c - a) + u * (d - b)};
+  return {(1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d), (1 - v) * (b - a) + v * (d - c),
+          (1 - u) * (c - a) + u * (d - b)};
 }
 
 /// Takes the mean away and returns the length that is left.
@@ -89,7 +90,11 @@ std::optional<TangentPlane> tangent_plane(const ViewGroup& group, int reference,
   const double distance = n.dot(in_cam);  // negative when the normal looks at the camera
   if (in_cam.z() <= 1e-9 || distance > -0.05 * in_cam.norm()) return std::nullopt;
   const Eigen::Vector3d m = n / distance;
-  return TangentPlane{reference, view.pinhole.project(in_cam), 1 / in_cam.z(), {m.x() / view.pinhole.fx, m.y() / view.pinhole.fy}, velocity};
+  return TangentPlane{reference,
+                      view.pinhole.project(in_cam),
+                      1 / in_cam.z(),
+                      {m.x() / view.pinhole.fx, m.y() / view.pinhole.fy},
+                      velocity};
 }
 
 Eigen::Vector3d centre_at_reference_time(const ViewGroup& group, const TangentPlane& plane) {
@@ -105,7 +110,8 @@ Eigen::Vector3d normal_of(const ViewGroup& group, const TangentPlane& plane) {
   return -(view.cam_from_world.R.transpose() * full).normalized();
 }
 
-std::optional<ReferenceTexture> ReferenceTexture::sample(const ViewGroup& group, int reference, const Eigen::Vector2d& px, double min_sigma) {
+std::optional<ReferenceTexture> ReferenceTexture::sample(const ViewGroup& group, int reference,
+                                                         const Eigen::Vector2d& px, double min_sigma) {
   const View& view = group.view(reference);
   if (!inside(view, px, kHalf + 1.5)) return std::nullopt;
   ReferenceTexture texture(group);
@@ -117,7 +123,8 @@ std::optional<ReferenceTexture> ReferenceTexture::sample(const ViewGroup& group,
   return texture;
 }
 
-std::optional<Correlation> ReferenceTexture::compare(const TangentPlane& plane, int view_index, bool derivatives) const {
+std::optional<Correlation> ReferenceTexture::compare(const TangentPlane& plane, int view_index,
+                                                     bool derivatives) const {
   const View& view = group_->view(view_index);
   const PatchMotion m = patch_motion(group_->view(plane.reference), view, plane);
   if (!fits(m, view)) return std::nullopt;

@@ -21,7 +21,9 @@ int central_view(const LineOfMovement& line, const MatchSet& set, const std::vec
   for (const int i : line.inliers) mean += rays[static_cast<std::size_t>(i)].direction;
   int best = line.inliers.front();
   for (const int i : line.inliers)
-    if (rays[static_cast<std::size_t>(i)].direction.dot(mean) > rays[static_cast<std::size_t>(best)].direction.dot(mean)) best = i;
+    if (rays[static_cast<std::size_t>(i)].direction.dot(mean) >
+        rays[static_cast<std::size_t>(best)].direction.dot(mean))
+      best = i;
   return set.members[static_cast<std::size_t>(best)].view;
 }
 
@@ -76,10 +78,14 @@ Reconstruction reconstruct_group(const ViewGroup& group, const ReconstructOption
   plant_seeds(cloud, sets, points, options, out.report);
   for (int i = 0; i < options.iterations; ++i) {
     const double from = 0.2 + 0.8 * i / options.iterations, share = 0.8 / options.iterations;
-    out.report.coverage =
-        expand(cloud, options.expansion, [&](double covered) { progress(from + share * std::min(1.0, covered), "growing"); }).coverage;
+    const ExpansionReport grown = expand(
+        cloud, options.expansion, [&](double covered) { progress(from + share * std::min(1.0, covered), "growing"); });
+    out.report.coverage = grown.coverage;
+    out.report.num_tried += grown.num_tried;
+    out.report.num_set_in_motion += spread_motion(cloud, options.expansion.build);
     out.report.num_filtered += filter(cloud, options.filter).total();
   }
+  for (int i = 0; i < options.smoothing_rounds; ++i) smooth_velocities(cloud, options.filter.window_cells);
   for (const LivePatch& p : cloud.patches()) {
     out.patches.push_back(to_patch(p, group));
     out.report.num_moving += p.moves;

@@ -12,17 +12,19 @@ namespace vantage {
 
 struct ReconstructOptions {
   int cell_px = 2;
-  int iterations = 2;   ///< of expansion and filtering
+  int iterations = 2;  ///< of expansion and filtering
   InterestPointOptions points;
   MatchOptions match;
   LineOfMovementOptions line;
   ExpansionOptions expansion;
   FilterOptions filter;
+  int smoothing_rounds = 2;  ///< of the velocities, at the end
 };
 
 struct ReconstructReport {
   int num_points = 0, num_match_sets = 0, num_lines = 0, num_moving_lines = 0, num_seeds = 0;
-  int num_patches = 0, num_moving = 0, num_filtered = 0;
+  int num_tried = 0;  ///< expansions
+  int num_patches = 0, num_moving = 0, num_filtered = 0, num_set_in_motion = 0;
   double coverage = 0;
 };
 

@@ -28,8 +28,7 @@ std::vector<WorkUnit> ReconstructJob::split(const ShotState& state, const Params
   const auto groups = planned_groups(state);
   if (!groups) return {};
   std::vector<WorkUnit> units;
-  for (const auto& images : *groups)
-    units.push_back(work_unit(images, units.size(), params_to_json(params)));
+  for (const auto& images : *groups) units.push_back(work_unit(images, units.size(), params_to_json(params)));
   return units;
 }
 

@@ -41,12 +41,15 @@ void report_figures(JobContext& context, const ReconstructReport& r) {
   context.figure("match_sets", r.num_match_sets);
   context.figure("lines_of_movement", r.num_lines);
   context.figure("seeds", r.num_seeds);
+  context.figure("expansions_tried", r.num_tried);
   context.figure("patches", r.num_patches);
   context.figure("moving_patches", r.num_moving);
   context.figure("filtered", r.num_filtered);
   context.figure("coverage", r.coverage);
   if (r.num_patches == 0)
-    context.warn("no surface was found: the images of this group share too little texture, or their cameras too little of the scene");
+    context.warn(
+        "no surface was found: the images of this group share too little texture, or their cameras too little of the "
+        "scene");
 }
 
 void write_preview(const JobContext& context, const ViewGroup& group, const std::vector<Patch>& patches) {
@@ -64,8 +67,9 @@ void write_preview(const JobContext& context, const ViewGroup& group, const std:
 void ReconstructJob::run(JobContext& context, const Params& params) {
   context.progress(0, "reading images");
   const ViewGroup group = make_view_group(load_images(context), params.level);
-  const Reconstruction result = reconstruct_group(
-      group, options_from(params), [&](double fraction, const std::string& phase) { context.progress(fraction, phase); });
+  const Reconstruction result =
+      reconstruct_group(group, options_from(params),
+                        [&](double fraction, const std::string& phase) { context.progress(fraction, phase); });
   report_figures(context, result.report);
   write_patches_ply(context.out("patches.ply"), result.patches);
   write_preview(context, group, result.patches);

@@ -22,7 +22,8 @@ Vector6d scales_from(const PhotoCost& cost, bool with_velocity) {
 
 class CeresCost : public ceres::FirstOrderFunction {
  public:
-  CeresCost(const ReferenceTexture& texture, const TangentPlane& start, std::span<const int> views, const Vector6d& scale)
+  CeresCost(const ReferenceTexture& texture, const TangentPlane& start, std::span<const int> views,
+            const Vector6d& scale)
       : texture_(texture), start_(start), views_(views), scale_(scale) {}
   TangentPlane plane(const double* z) const {
     return with_parameters(start_, parameters(start_) + scale_.cwiseProduct(Eigen::Map<const Vector6d>(z)));
@@ -42,7 +43,8 @@ class CeresCost : public ceres::FirstOrderFunction {
   Vector6d scale_;
 };
 
-Refinement refine_with_ceres(const ReferenceTexture& texture, const TangentPlane& start, std::span<const int> views, const RefineOptions& options) {
+Refinement refine_with_ceres(const ReferenceTexture& texture, const TangentPlane& start, std::span<const int> views,
+                             const RefineOptions& options) {
   const Vector6d scale = scales_from(photo_cost(texture, start, views, true), options.with_velocity);
   auto* cost = new CeresCost(texture, start, views, scale);  // GradientProblem takes ownership
   const ceres::GradientProblem problem(cost);
@@ -67,7 +69,8 @@ Vector6d damped_step(const PhotoCost& cost, const Vector6d& scale, double lambda
   return step.cwiseProduct(scale);
 }
 
-Refinement refine_with_lm(const ReferenceTexture& texture, const TangentPlane& start, std::span<const int> views, const RefineOptions& options) {
+Refinement refine_with_lm(const ReferenceTexture& texture, const TangentPlane& start, std::span<const int> views,
+                          const RefineOptions& options) {
   TangentPlane plane = start;
   PhotoCost cost = photo_cost(texture, plane, views, true);
   const Vector6d scale = scales_from(cost, options.with_velocity);
@@ -98,7 +101,8 @@ Optimizer optimizer_from(const std::string& word) {
   return Optimizer::nonlinear_conjugate_gradient;
 }
 
-PhotoCost photo_cost(const ReferenceTexture& texture, const TangentPlane& plane, std::span<const int> views, bool derivatives) {
+PhotoCost photo_cost(const ReferenceTexture& texture, const TangentPlane& plane, std::span<const int> views,
+                     bool derivatives) {
   PhotoCost sum;
   for (const int view : views) {
     const auto c = texture.compare(plane, view, derivatives);
@@ -116,7 +120,8 @@ PhotoCost photo_cost(const ReferenceTexture& texture, const TangentPlane& plane,
   return sum;
 }
 
-Refinement refine(const ReferenceTexture& texture, const TangentPlane& start, std::span<const int> views, const RefineOptions& options) {
+Refinement refine(const ReferenceTexture& texture, const TangentPlane& start, std::span<const int> views,
+                  const RefineOptions& options) {
   return options.optimizer == Optimizer::levenberg_marquardt ? refine_with_lm(texture, start, views, options)
                                                              : refine_with_ceres(texture, start, views, options);
 }

@@ -11,14 +11,14 @@ namespace vantage {
 /// One image of a group, as reconstruction works on it.
 struct View {
   ImageId id;
-  int camera = 0;         ///< number of the physical camera in the group
-  double time_s = 0;      ///< since ViewGroup::reference_time_s
-  Pinhole pinhole;        ///< of the reduced image
+  int camera = 0;     ///< number of the physical camera in the group
+  double time_s = 0;  ///< since ViewGroup::reference_time_s
+  Pinhole pinhole;    ///< of the reduced image
   RigidTransform cam_from_world;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< camera centre in the world
-  cv::Mat1f grey;         ///< 0–255, reduced
-  cv::Mat3b bgr;          ///< reduced
-  bool main = false;      ///< the camera's frame nearest to the group's middle: where patches are expanded
+  cv::Mat1f grey;                                    ///< 0–255, reduced
+  cv::Mat3b bgr;                                     ///< reduced
+  bool main = false;  ///< the camera's frame nearest to the group's middle: where patches are expanded
 };
 
 /// Set of views of a group, bit k = view k.
@@ -29,8 +29,8 @@ constexpr int kMaxViews = 64;
 struct ViewGroup {
   std::vector<View> views;
   int num_cameras = 0;
-  double reference_time_s = 0;           ///< shot time of t = 0: the middle of the group
-  double first_s = 0, last_s = 0;        ///< shot times of the first and the last image
+  double reference_time_s = 0;     ///< shot time of t = 0: the middle of the group
+  double first_s = 0, last_s = 0;  ///< shot times of the first and the last image
   double duration_s() const { return last_s - first_s; }
   const View& view(int k) const { return views[static_cast<std::size_t>(k)]; }
   int num_views() const { return static_cast<int>(views.size()); }

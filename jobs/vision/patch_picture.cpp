@@ -29,7 +29,8 @@ cv::Mat3b turbo_colours() {
 
 }  // namespace
 
-PatchPictures patch_pictures(std::span<const Patch> patches, const Pinhole& pinhole, const RigidTransform& cam_from_world, float time_s, int splat_px) {
+PatchPictures patch_pictures(std::span<const Patch> patches, const Pinhole& pinhole,
+                             const RigidTransform& cam_from_world, float time_s, int splat_px) {
   const cv::Size size(pinhole.width, pinhole.height);
   PatchPictures out{cv::Mat3b(size, cv::Vec3b(0, 0, 0)), cv::Mat3b(size, cv::Vec3b(0, 0, 0))};
   cv::Mat1f nearest(size, std::numeric_limits<float>::infinity());
@@ -43,7 +44,8 @@ PatchPictures patch_pictures(std::span<const Patch> patches, const Pinhole& pinh
     const Eigen::Vector2d px = pinhole.project(point);
     const float level = std::min(1.0F, p.velocity.norm() / fast);
     if (!(px.cwiseAbs().maxCoeff() < 1e6)) continue;
-    const int x0 = static_cast<int>(std::floor(px.x() - 0.5 * (splat_px - 1))), y0 = static_cast<int>(std::floor(px.y() - 0.5 * (splat_px - 1)));
+    const int x0 = static_cast<int>(std::floor(px.x() - 0.5 * (splat_px - 1))),
+              y0 = static_cast<int>(std::floor(px.y() - 0.5 * (splat_px - 1)));
     for (int y = std::max(0, y0); y < std::min(size.height, y0 + splat_px); ++y)
       for (int x = std::max(0, x0); x < std::min(size.width, x0 + splat_px); ++x) {
         if (static_cast<float>(point.z()) >= nearest(y, x)) continue;
@@ -55,11 +57,16 @@ PatchPictures patch_pictures(std::span<const Patch> patches, const Pinhole& pinh
   return out;
 }
 
-cv::Mat patch_preview(std::span<const Patch> patches, const Pinhole& pinhole, const RigidTransform& cam_from_world, float time_s) {
+cv::Mat patch_preview(std::span<const Patch> patches, const Pinhole& pinhole, const RigidTransform& cam_from_world,
+                      float time_s) {
   constexpr int kWidth = 240;
   const double scale = static_cast<double>(kWidth) / pinhole.width;
-  const Pinhole small{kWidth, std::max(1, static_cast<int>(pinhole.height * scale)), pinhole.fx * scale, pinhole.fy * scale,
-                      pinhole.cx * scale, pinhole.cy * scale};
+  const Pinhole small{kWidth,
+                      std::max(1, static_cast<int>(pinhole.height * scale)),
+                      pinhole.fx * scale,
+                      pinhole.fy * scale,
+                      pinhole.cx * scale,
+                      pinhole.cy * scale};
   const PatchPictures pictures = patch_pictures(patches, small, cam_from_world, time_s, 2);
   cv::Mat both;
   cv::hconcat(pictures.colour, pictures.speed, both);

@@ -25,13 +25,15 @@ Patch patch_at(float x, float y, float z, float t0, float t1, const Eigen::Vecto
 std::vector<Patch> wall(float z, float t0, float t1, const Eigen::Vector3f& v = Eigen::Vector3f::Zero()) {
   std::vector<Patch> out;
   for (int y = 0; y < 10; ++y)
-    for (int x = 0; x < 10; ++x) out.push_back(patch_at(0.02F * static_cast<float>(x), 0.02F * static_cast<float>(y), z, t0, t1, v));
+    for (int x = 0; x < 10; ++x)
+      out.push_back(patch_at(0.02F * static_cast<float>(x), 0.02F * static_cast<float>(y), z, t0, t1, v));
   return out;
 }
 
 TEST(FusePatches, StaticPatchesOfAllGroupsBecomeOneValidOverAllTheirTimes) {
   FuseReport report;
-  const auto model = fuse_patches({wall(3, 0, 0.1F), wall(3.002F, 0.1F, 0.2F), wall(2.998F, 0.2F, 0.3F)}, kSpacing, {}, report);
+  const auto model =
+      fuse_patches({wall(3, 0, 0.1F), wall(3.002F, 0.1F, 0.2F), wall(2.998F, 0.2F, 0.3F)}, kSpacing, {}, report);
   ASSERT_EQ(model.size(), 100U);
   EXPECT_EQ(report.num_merged, 200);
   for (const Patch& p : model) {
@@ -43,7 +45,10 @@ TEST(FusePatches, StaticPatchesOfAllGroupsBecomeOneValidOverAllTheirTimes) {
 
 TEST(FusePatches, PatchesOfOneGroupAreNeverMerged) {
   FuseReport report;
-  EXPECT_EQ(fuse_patches({wall(3, 0, 0.1F)}, [](const Patch&) { return 0.2; }, {}, report).size(), 100U);
+  EXPECT_EQ(fuse_patches(
+                {wall(3, 0, 0.1F)}, [](const Patch&) { return 0.2; }, {}, report)
+                .size(),
+            100U);
 }
 
 TEST(FusePatches, DifferentSurfacesStayApart) {

@@ -18,7 +18,8 @@ namespace fs = std::filesystem;
 std::vector<Patch> ball(int count, float t0, float t1) {
   std::vector<Patch> out;
   for (int k = 0; k < count; ++k) {  // Fibonacci sphere
-    const double z = 1 - (2 * k + 1.0) / count, r = std::sqrt(1 - z * z), a = k * std::numbers::pi * (3 - std::sqrt(5.0));
+    const double z = 1 - (2 * k + 1.0) / count, r = std::sqrt(1 - z * z),
+                 a = k * std::numbers::pi * (3 - std::sqrt(5.0));
     Patch p;
     p.normal = Eigen::Vector3d(r * std::cos(a), r * std::sin(a), z).cast<float>();
     p.position = Eigen::Vector3f(0, 0, 4) + 0.5F * p.normal;

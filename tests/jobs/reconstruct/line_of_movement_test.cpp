@@ -13,7 +13,10 @@ constexpr double kFocal = 500;
 /// A ray from a camera on an arc of radius 5 to a point; noise_px disturbs its direction.
 RayObservation ray_to(const Eigen::Vector3d& point, int camera, double time_s, double noise_px, std::mt19937& random) {
   const double azimuth = 0.2 * camera;
-  RayObservation ray{.origin = {5 * std::sin(azimuth), 0.3 * (camera % 2), -5 * std::cos(azimuth)}, .time_s = time_s, .camera = camera, .focal_px = kFocal};
+  RayObservation ray{.origin = {5 * std::sin(azimuth), 0.3 * (camera % 2), -5 * std::cos(azimuth)},
+                     .time_s = time_s,
+                     .camera = camera,
+                     .focal_px = kFocal};
   std::normal_distribution<double> noise(0, noise_px / kFocal);
   const Eigen::Vector3d to = (point - ray.origin).normalized();
   ray.direction = (to + Eigen::Vector3d(noise(random), noise(random), noise(random))).normalized();
@@ -23,7 +26,8 @@ RayObservation ray_to(const Eigen::Vector3d& point, int camera, double time_s, d
 const Eigen::Vector3d kPosition(0.3, -0.2, 0.5), kVelocity(0.8, -0.5, 0.3);
 
 /// Rays of num_cameras x num_frames, unsynchronised by fractions of a frame, to a point that moves.
-std::vector<RayObservation> rays(int num_cameras, int num_frames, const Eigen::Vector3d& velocity, double noise_px, unsigned seed = 1) {
+std::vector<RayObservation> rays(int num_cameras, int num_frames, const Eigen::Vector3d& velocity, double noise_px,
+                                 unsigned seed = 1) {
   std::mt19937 random(seed);
   std::vector<RayObservation> out;
   for (int c = 0; c < num_cameras; ++c)
@@ -120,7 +124,9 @@ TEST(LineOfMovement, WrongRaysAreLeftOut) {
   for (unsigned seed = 0; seed < 10; ++seed) {
     auto all = rays(6, 3, kVelocity, 0.1, seed);
     std::mt19937 random(seed);
-    for (const std::size_t wrong : {1U, 7U, 12U, 16U}) all[wrong] = ray_to(Eigen::Vector3d(-0.4, 0.5, 0.1 * static_cast<double>(wrong)), all[wrong].camera, all[wrong].time_s, 0, random);
+    for (const std::size_t wrong : {1U, 7U, 12U, 16U})
+      all[wrong] = ray_to(Eigen::Vector3d(-0.4, 0.5, 0.1 * static_cast<double>(wrong)), all[wrong].camera,
+                          all[wrong].time_s, 0, random);
     const auto line = fit_line_of_movement(all, {}, seed);
     ASSERT_TRUE(line);
     EXPECT_TRUE(line->moves);
@@ -136,7 +142,9 @@ TEST(LineOfMovement, PointsBehindACameraAreNoInliers) {
   EXPECT_TRUE(std::isinf(reprojection_error_px(behind, ray)));
 }
 
-TEST(LineOfMovement, SetsOfOneCameraGiveNothing) { EXPECT_FALSE(fit_line_of_movement(rays(1, 6, kVelocity, 0), {}, 1)); }
+TEST(LineOfMovement, SetsOfOneCameraGiveNothing) {
+  EXPECT_FALSE(fit_line_of_movement(rays(1, 6, kVelocity, 0), {}, 1));
+}
 
 }  // namespace
 }  // namespace vantage

@@ -16,7 +16,10 @@ const ViewGroup& scene_group() {
     std::vector<GroupImage> images;
     for (const auto& camera : synthetic::arc_cameras(5, 3, 240, 135))
       for (int f = 0; f < 3; ++f)
-        images.push_back({{camera.name, f}, camera.time_s(f), camera.pinhole, camera.cam_from_world,
+        images.push_back({{camera.name, f},
+                          camera.time_s(f),
+                          camera.pinhole,
+                          camera.cam_from_world,
                           scene.render(camera.pinhole, camera.cam_from_world, camera.time_s(f)).bgr});
     return make_view_group(images, 0);
   }();
@@ -33,7 +36,8 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// Object whose surface a patch lies on, by the picture that a camera would take then; -1 near outlines and off surfaces.
+/// Object whose surface a patch lies on, by the picture that a camera would take then; -1 near outlines and off
+/// surfaces.
 int id_of(const synthetic::Scene& scene, const synthetic::SceneCamera& camera, const Patch& patch, float time_s) {
   const auto& pinhole = camera.pinhole;
   const static synthetic::Picture picture = scene.render(pinhole, camera.cam_from_world, static_cast<double>(time_s));
@@ -58,7 +62,8 @@ TEST(ReconstructGroup, PatchesLieOnTheSurface) {
   const synthetic::Scene scene;
   std::vector<double> distances;
   for (const Patch& p : scene_model().patches)
-    distances.push_back(scene.distance_to_surface(p.position_at((p.t0_s + p.t1_s) / 2).cast<double>(), (p.t0_s + p.t1_s) / 2));
+    distances.push_back(
+        scene.distance_to_surface(p.position_at((p.t0_s + p.t1_s) / 2).cast<double>(), (p.t0_s + p.t1_s) / 2));
   // A pixel is about 17 mm wide.
   EXPECT_LT(median(distances), 0.012);
   const auto far = std::count_if(distances.begin(), distances.end(), [](double d) { return d > 0.06; });
@@ -73,7 +78,9 @@ TEST(ReconstructGroup, MovingThingsHaveTheirVelocityAndStaticOnesNone) {
   for (const Patch& p : scene_model().patches) {
     const int id = id_of(scene, camera, p, time_s);
     if (id < 0) continue;
-    const Eigen::Vector3d v = id >= synthetic::kFirstMovingId ? scene.velocity(id, p.position_at(time_s).cast<double>(), static_cast<double>(time_s)) : Eigen::Vector3d::Zero();
+    const Eigen::Vector3d v = id >= synthetic::kFirstMovingId ? scene.velocity(id, p.position_at(time_s).cast<double>(),
+                                                                               static_cast<double>(time_s))
+                                                              : Eigen::Vector3d::Zero();
     if (v.norm() > 0.5) moving.push_back((p.velocity.cast<double>() - v).norm() / v.norm());
     if (id < synthetic::kFirstMovingId) still.push_back(static_cast<double>(p.velocity.norm()));
   }
@@ -91,7 +98,8 @@ TEST(ReconstructGroup, PatchesAreValidOverTheGroupAndFaceACamera) {
     EXPECT_NEAR(p.normal.norm(), 1, 1e-4);
     EXPECT_GE(p.num_views, 3);
     bool faces = false;
-    for (const View& v : scene_group().views) faces |= p.normal.dot((v.centre - p.position.cast<double>()).cast<float>()) > 0;
+    for (const View& v : scene_group().views)
+      faces |= p.normal.dot((v.centre - p.position.cast<double>()).cast<float>()) > 0;
     EXPECT_TRUE(faces);
   }
 }

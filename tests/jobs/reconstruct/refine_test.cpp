@@ -11,7 +11,8 @@ namespace {
 
 /// Smooth texture on a plane, in world units.
 double texture_at(double x, double y) {
-  return 128 + 35 * std::sin(23 * x + 3 * std::cos(11 * y)) + 30 * std::cos(19 * y - 2 * std::sin(17 * x)) + 15 * std::sin(31 * (x + y));
+  return 128 + 35 * std::sin(23 * x + 3 * std::cos(11 * y)) + 30 * std::cos(19 * y - 2 * std::sin(17 * x)) +
+         15 * std::sin(31 * (x + y));
 }
 
 /// A tilted plane z = z0 + 0.3 x - 0.2 y that moves as a whole, filmed by cameras side by side, two frames each.
@@ -26,7 +27,11 @@ struct MovingPlane {
     group = make_view_group(images, 0);
   }
   GroupImage image(int camera, int frame) const {
-    GroupImage out{.id = {"cam" + std::to_string(camera), frame}, .time_s = 0.1 * frame + 0.013 * camera, .pinhole = {160, 120, 180, 180, 80, 60}, .cam_from_world = {}, .bgr = cv::Mat3b(120, 160)};
+    GroupImage out{.id = {"cam" + std::to_string(camera), frame},
+                   .time_s = 0.1 * frame + 0.013 * camera,
+                   .pinhole = {160, 120, 180, 180, 80, 60},
+                   .cam_from_world = {},
+                   .bgr = cv::Mat3b(120, 160)};
     const double angle = 0.12 * (camera - 2);
     out.cam_from_world.R = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
     const Eigen::Vector3d centre(3 * std::sin(angle), 0.1 * (camera % 2), 3 - 3 * std::cos(angle));
@@ -35,7 +40,8 @@ struct MovingPlane {
       for (int x = 0; x < 160; ++x) {
         const Eigen::Vector3d ray = out.cam_from_world.R.transpose() * out.pinhole.ray({x + 0.5, y + 0.5});
         const Eigen::Vector3d moved = through + out.time_s * velocity;
-        const Eigen::Vector3d at = centre + ray * (normal.dot(moved - centre) / normal.dot(ray)) - out.time_s * velocity;
+        const Eigen::Vector3d at =
+            centre + ray * (normal.dot(moved - centre) / normal.dot(ray)) - out.time_s * velocity;
         const auto grey = cv::saturate_cast<uchar>(texture_at(at.x(), at.y()));
         out.bgr(y, x) = {grey, grey, grey};
       }
@@ -45,7 +51,8 @@ struct MovingPlane {
   TangentPlane truth(const Eigen::Vector2d& px) const {
     constexpr int kReference = 4;
     const View& view = group.view(kReference);
-    const Eigen::Vector3d ray = world_ray(view, px), moved = through + (view.time_s + group.reference_time_s) * velocity;
+    const Eigen::Vector3d ray = world_ray(view, px),
+                          moved = through + (view.time_s + group.reference_time_s) * velocity;
     const Eigen::Vector3d point = view.centre + ray * (normal.dot(moved - view.centre) / normal.dot(ray));
     return *tangent_plane(group, kReference, point, normal, velocity);
   }
@@ -67,7 +74,8 @@ TangentPlane disturbed(const MovingPlane& scene) {
   return *tangent_plane(scene.group, truth.reference, point, (view.centre - point).normalized(), 0.85 * truth.velocity);
 }
 
-void expect_truth(const MovingPlane& scene, const TangentPlane& found, double depth_share, double normal_deg, double velocity_share) {
+void expect_truth(const MovingPlane& scene, const TangentPlane& found, double depth_share, double normal_deg,
+                  double velocity_share) {
   const TangentPlane truth = scene.truth(kPixel);
   EXPECT_NEAR(truth.inverse_depth / found.inverse_depth, 1, depth_share);
   EXPECT_LT(std::acos(std::min(1.0, normal_of(scene.group, found).dot(scene.normal))) * 57.3, normal_deg);
@@ -107,7 +115,8 @@ TEST(PhotoCostTest, GradientIsThatOfFiniteDifferences) {
     up(i) += h;
     down(i) -= h;
     const double slope = (photo_cost(*texture, with_parameters(at, up), scene.others(), false).value -
-                          photo_cost(*texture, with_parameters(at, down), scene.others(), false).value) / (2 * h);
+                          photo_cost(*texture, with_parameters(at, down), scene.others(), false).value) /
+                         (2 * h);
     EXPECT_NEAR(slope, cost.gradient(i), 0.02 * std::abs(slope) + 0.003 / h * 1e-4) << "parameter " << i;
   }
 }
@@ -129,7 +138,8 @@ TEST(Refine, FindsPlaneAndVelocity) {
 TEST(Refine, StaticPointsKeepTheirVelocity) {
   const MovingPlane scene(Eigen::Vector3d::Zero());
   const auto texture = ReferenceTexture::sample(scene.group, 4, kPixel);
-  const Refinement r = refine(*texture, disturbed(scene), scene.others(), {.with_velocity = false, .max_iterations = 30});
+  const Refinement r =
+      refine(*texture, disturbed(scene), scene.others(), {.with_velocity = false, .max_iterations = 30});
   EXPECT_TRUE(r.plane.velocity.isZero());
   expect_truth(scene, r.plane, 0.003, 6, 0.01);
 }
@@ -139,7 +149,8 @@ TEST(Refine, ThePapersConjugateGradientsAndLbfgsFindTheSameOptimum) {
   const auto texture = ReferenceTexture::sample(scene.group, 4, kPixel);
   const Refinement lm = refine(*texture, disturbed(scene), scene.others(), {.max_iterations = 30});
   for (const Optimizer optimizer : {Optimizer::nonlinear_conjugate_gradient, Optimizer::lbfgs}) {
-    const Refinement r = refine(*texture, disturbed(scene), scene.others(), {.optimizer = optimizer, .max_iterations = 30});
+    const Refinement r =
+        refine(*texture, disturbed(scene), scene.others(), {.optimizer = optimizer, .max_iterations = 30});
     EXPECT_NEAR(r.cost, lm.cost, 0.002);
     expect_truth(scene, r.plane, 0.005, 8, 0.08);
   }
