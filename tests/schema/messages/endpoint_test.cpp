@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <unistd.h>
 
 #include "schema/base/error.h"
 #include "schema/messages/broker.h"
@@ -169,6 +170,28 @@ TEST(Endpoint, WakeDescriptorIsReadableWhileMessagesWait) {
   EXPECT_EQ(poll(&p, 1, 5000), 1);
   EXPECT_EQ(endpoint->take().size(), 1U);
   EXPECT_EQ(poll(&p, 1, 0), 0);
+}
+
+TEST(Endpoint, MulticastCarriesStatesBothWays) {
+  const std::string url = "udpm://239.255.76.67:" + std::to_string(20'000 + 2 * (getpid() % 20'000)) + "?ttl=0";
+  std::unique_ptr<LcmEndpoint> scheduler, worker;
+  try {
+    scheduler = scheduler_at(url);
+    worker = worker_at(url);
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("ip route add"), std::string::npos) << "says how to mend it";
+    GTEST_SKIP() << e.what();
+  }
+  connect_to_scheduler(*worker, *scheduler);
+  connect_to_worker(*scheduler, *worker);
+  WorkerOrders large = sample_orders();
+  for (int i = 0; i < 3000; ++i) large.assigned.push_back({{i, 1, i}, std::string(60, 's'), "h", "l", 1, 1, 1});
+  EXPECT_TRUE(eventually([&] {
+    scheduler->publish(large);
+    for (const Message& m : worker->wait(100ms))
+      if (const auto* orders = std::get_if<WorkerOrders>(&m)) return orders->assigned.size() == large.assigned.size();
+    return false;
+  })) << "pages arrive and are put together";
 }
 
 TEST(LcmUrl, BadOnesAreBadInput) {
