@@ -1,7 +1,62 @@
 #include "jobs/calibrate/calibrate_job.h"
 
-namespace vantage {
+#include <fmt/format.h>
 
-std::vector<WorkUnit> CalibrateJob::split(const ShotState&, const Params&) { return {}; }
+#include <filesystem>
+
+#include "schema/base/error.h"
+
+namespace vantage {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kModelFiles[] = {"cameras.txt", "images.txt", "points3D.txt"};
+
+/// Files of the known model. Its points may be missing: none are known then.
+std::vector<Source> model_sources(const Shot& shot, const std::string& model) {
+  std::vector<Source> sources;
+  for (const char* name : {"cameras.txt", "images.txt", "points3D.txt", "cameras_distorted.txt"})
+    if (const fs::path file = shot.folder / model / name; fs::exists(file)) sources.push_back({name, file});
+  return sources;
+}
+
+/// What of the params a method reads: only that may be in the job's key.
+Json params_that_matter(const CalibrateJob::Params& params) {
+  if (params.method == "known") return {{"method", "known"}};
+  Json out = params_to_json(params);
+  out.erase("model");
+  return out;
+}
+
+}  // namespace
+
+void CalibrateJob::check(const Shot& shot) {
+  const Section section = shot.section("calibrate");
+  const Params params = params_from_section<Params>(section);
+  if (params.method != "known") return;
+  if (params.model.empty())
+    throw Error(ErrorKind::BadInput, section.where("method") + ": is \"known\", so model = \"folder\" is needed, too");
+  const fs::path folder = shot.folder / params.model;
+  for (const char* name : kModelFiles)
+    if (std::string(name) != "points3D.txt" && !fs::is_regular_file(folder / name))
+      throw Error(ErrorKind::BadInput, fmt::format("{}: {} has no {}; expected a COLMAP text model",
+                                                   section.where("model"), params.model, name));
+}
+
+std::vector<WorkUnit> CalibrateJob::split(const ShotState& state, const Params& params) {
+  const Shot& shot = state.shot();
+  check(shot);
+  WorkUnit unit;
+  unit.name = "calibrate";
+  unit.params = params_that_matter(params);
+  for (const auto& camera : shot.cameras) {
+    unit.unit["cameras"].push_back({{"name", camera.name}, {"moving", camera.moving}});
+    unit.needs.push_back("ingest/" + camera.name);
+  }
+  if (params.method == "known") unit.sources = model_sources(shot, params.model);
+  unit.links = {{"", "calibration/"}};
+  unit.need = {.cores = params.method == "known" ? 1 : 2, .ram_mb = 2500, .timeout_s = 6 * 3600};
+  return {unit};
+}
 
 }  // namespace vantage

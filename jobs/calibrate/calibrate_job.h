@@ -1,15 +1,48 @@
 #pragma once
+#include <string>
+#include <vector>
+
 #include "jobs/job_context.h"
 #include "jobs/job_kind.h"
 
 namespace vantage {
 
-/// Where every camera was, and its lens.
+/// Where every camera was, and its lens. Publishes a COLMAP text model of pinhole cameras with poses of all images, the
+/// lens as filmed beside it (cameras_distorted.txt), and report.json.
 struct CalibrateJob {
   struct Params {
-    void fields(auto&&) {}
+    std::string method = "colmap";
+    std::string model;
+    std::string lens = "SIMPLE_RADIAL";
+    int plate_frames = 31;
+    int feature_width_px = 1600;
+    int max_features = 4096;
+    int max_key_frames = 30;
+    double max_reproj_error_px = 4;
+    void fields(auto&& field) {
+      field("method", method, OneOf{{"colmap", "known"}}, "colmap: from the pictures; known: from a COLMAP text model");
+      field("model", model, Any{},
+            "method known: folder with cameras.txt, images.txt and points3D.txt, relative to shot.toml");
+      field("lens", lens, OneOf{{"SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV"}},
+            "method colmap: lens model of every camera");
+      field("plate_frames", plate_frames, Range{1, 301},
+            "frames whose median is a static camera's picture without moving things");
+      field("feature_width_px", feature_width_px, Range{320, 8000},
+            "longer side at which features are sought; small pictures are at most doubled");
+      field("max_features", max_features, Range{500, 30000}, "features per picture");
+      field("max_key_frames", max_key_frames, Range{3, 300},
+            "pictures of a moving camera that are calibrated together; the others are placed between them");
+      field("max_reproj_error_px", max_reproj_error_px, Range{0.5, 20}, "farther off, a feature is no match");
+    }
   };
-  static KindSpec spec() { return {.name = "calibrate", .version = 1, .reads = "frames", .publishes = "COLMAP model: intrinsics, a pose per image, sparse points, undistortion"}; }
+  static KindSpec spec() {
+    return {.name = "calibrate",
+            .version = 1,
+            .reads = "frames",
+            .publishes = "COLMAP model: intrinsics, a pose per image, sparse points, undistortion"};
+  }
+  /// Method known needs its model: throws Error(BadInput) with the line of shot.toml.
+  static void check(const Shot& shot);
   static std::vector<WorkUnit> split(const ShotState& state, const Params& params);
   static void run(JobContext& context, const Params& params);
 };

@@ -1,8 +1,83 @@
 #include "jobs/calibrate/calibrate_job.h"
+#include "jobs/calibrate/known.h"
+#include "jobs/calibrate/preview.h"
+#include "jobs/calibrate/solve.h"
+#include "jobs/vision/shot_images.h"
 #include "schema/base/error.h"
 
 namespace vantage {
+namespace fs = std::filesystem;
+namespace {
 
-void CalibrateJob::run(JobContext&, const Params&) { throw Error(ErrorKind::Bug, "calibrate is not written yet"); }
+std::vector<FilmedCamera> cameras_of(const JobContext& context) {
+  std::vector<FilmedCamera> cameras;
+  for (const auto& camera : context.unit().at("cameras"))
+    cameras.push_back(
+        {read_frame_table(context.input("ingest/" + camera.at("name").get<std::string>())), camera.at("moving")});
+  return cameras;
+}
+
+Json report_of(const Calibration& calibration, const std::vector<FilmedCamera>& cameras) {
+  Json report{{"cameras", Json::array()}, {"points", calibration.points.size()}};
+  for (const auto& [table, moving] : cameras) {
+    Json entry{{"name", table.camera}, {"frames", table.num_frames()}, {"moving", moving}, {"registered", 0}};
+    if (const auto found = calibration.cameras.find(table.camera); found != calibration.cameras.end()) {
+      const Pinhole& p = found->second.pinhole;
+      entry.update(
+          {{"fx", p.fx}, {"fy", p.fy}, {"cx", p.cx}, {"cy", p.cy}, {"has_lens", found->second.filmed.has_value()}});
+      int num = 0;
+      for (int frame = 0; frame < table.num_frames(); ++frame)
+        num += calibration.cam_from_world.contains({table.camera, frame});
+      entry["registered"] = num;
+    }
+    report["cameras"].push_back(entry);
+  }
+  report["registered_cameras"] = calibration.cameras.size();
+  report["registered_images"] = calibration.cam_from_world.size();
+  return report;
+}
+
+void publish(JobContext& context, const Calibration& calibration, const Json& report) {
+  write_calibration(context.out("cameras.txt").parent_path(), calibration);
+  write_json(context.out("report.json"), report);
+  write_picture(context.out("preview.jpg"), top_view(calibration));
+  for (const char* name : {"registered_cameras", "registered_images", "points", "mean_reprojection_px"})
+    if (report.contains(name)) context.figure(name, report[name]);
+}
+
+void run_known(JobContext& context, const std::vector<FilmedCamera>& cameras) {
+  const auto known = known_calibration(context.source("cameras.txt").parent_path(), cameras);
+  for (const auto& sentence : known.warnings) context.warn(sentence);
+  Json report = report_of(known.calibration, cameras);
+  report["method"] = "known";
+  publish(context, known.calibration, report);
+}
+
+void run_colmap_method(JobContext& context, const CalibrateJob::Params& params,
+                       const std::vector<FilmedCamera>& cameras) {
+  const FrameReader read = [&](const ImageId& image) {
+    return read_picture(frame_path(context.input("ingest/" + image.camera), image.frame));
+  };
+  const auto estimated =
+      estimate_calibration(cameras, read, params, context.scratch(), context.cores(),
+                           [&](double fraction, const std::string& phase) { context.progress(fraction, phase); });
+  for (const auto& sentence : estimated.warnings) context.warn(sentence);
+  Json report = report_of(estimated.calibration, cameras);
+  report["method"] = "colmap";
+  report["mean_reprojection_px"] = estimated.bundle.mean_px;
+  report["rms_reprojection_px"] = estimated.bundle.rms_px;
+  report["observations"] = estimated.bundle.num_observations;
+  publish(context, estimated.calibration, report);
+}
+
+}  // namespace
+
+void CalibrateJob::run(JobContext& context, const Params& params) {
+  const auto cameras = cameras_of(context);
+  if (params.method == "known")
+    run_known(context, cameras);
+  else
+    run_colmap_method(context, params, cameras);
+}
 
 }  // namespace vantage

@@ -1,0 +1,28 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "schema/formats/calibration.h"
+#include "schema/formats/frame_table.h"
+
+namespace vantage {
+
+/// A camera of the shot as calibration sees it.
+struct FilmedCamera {
+  FrameTable table;
+  bool moving = false;
+};
+
+struct KnownCalibration {
+  Calibration calibration;
+  std::vector<std::string> warnings;  ///< sentences
+};
+
+/// A COLMAP text model made to fit the shot: its cameras only, a pose for every frame (a static camera's pose holds for
+/// all its frames), lenses turned into pinholes with the lens as filmed beside them. The world stays as it is.
+/// Throws Error(BadInput) naming the camera: not in the model, another picture size, no pose.
+KnownCalibration known_calibration(const std::filesystem::path& model, const std::vector<FilmedCamera>& cameras);
+
+}  // namespace vantage
