@@ -10,9 +10,9 @@ namespace vantage {
 struct Command {
   enum class Verb { Pause, Resume, Cancel, Retry, Priority, Drain, Undrain };
   Verb verb = Verb::Pause;
-  std::optional<ShotId> shot;
-  std::optional<JobId> job;
-  std::string worker;
+  std::optional<ShotId> shot{};
+  std::optional<JobId> job{};
+  std::string worker{};
   int priority = 0;  ///< with Verb::Priority; higher goes first
 };
 
