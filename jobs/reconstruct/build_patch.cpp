@@ -127,6 +127,11 @@ bool moves_visibly(const ReferenceTexture& texture, const TangentPlane& plane, c
   return gain > kMinGain * count;
 }
 
+bool is_too_fast(const View& view, const TangentPlane& plane, double max_speed_widths) {
+  const double px_per_second = plane.velocity.norm() * view.pinhole.fx * plane.inverse_depth;
+  return px_per_second > max_speed_widths * view.pinhole.width;
+}
+
 struct Support {
   ViewSet seen = 0;
   int num_views = 1, num_cameras = 1, num_times = 1;
@@ -199,8 +204,10 @@ std::optional<LivePatch> build_patch(const PatchCloud& cloud, const PatchGuess& 
     return std::nullopt;
   const auto scores = score_views(cloud, *texture, plane, guess.moves, options.max_angle_deg + 10);
   const Support support = support_of(group, scores, guess.reference, options.seen_ncc);
-  if (support.num_views < options.min_views || support.num_cameras < 2 || support.mean_ncc < options.min_ncc)
+  const int min_views = options.min_views + (guess.moves ? options.extra_views_moving : 0);
+  if (support.num_views < min_views || support.num_cameras < 2 || support.mean_ncc < options.min_ncc)
     return std::nullopt;
+  if (guess.moves && is_too_fast(reference, plane, options.max_speed_widths)) return std::nullopt;
   const bool consistent =
       guess.moves ? support.num_times >= 2 && moves_visibly(*texture, plane, scores, options.seen_ncc)
                   : stands_still(group, scores, guess.reference, std::max(options.seen_ncc, support.mean_ncc - 0.02));

@@ -17,12 +17,14 @@ struct PatchGuess {
 
 struct BuildOptions {
   RefineOptions refine;
-  double start_ncc = 0.3;     ///< a view helps the refinement from here on
-  double seen_ncc = 0.6;      ///< a view sees the refined patch
-  double min_ncc = 0.7;       ///< mean over the views that see it
-  int min_views = 3;          ///< with the reference, of at least two cameras
-  int max_cameras = 6;        ///< that take part in the refinement
-  double max_angle_deg = 65;  ///< between the normal and the direction to a camera
+  double start_ncc = 0.3;         ///< a view helps the refinement from here on
+  double seen_ncc = 0.6;          ///< a view sees the refined patch
+  double min_ncc = 0.7;           ///< mean over the views that see it
+  int min_views = 3;              ///< with the reference, of at least two cameras
+  int extra_views_moving = 3;     ///< that a moving patch needs: one for each more unknown
+  double max_speed_widths = 0.5;  ///< fastest motion, image widths per second at the patch's depth
+  int max_cameras = 6;            ///< that take part in the refinement
+  double max_angle_deg = 65;      ///< between the normal and the direction to a camera
 };
 
 /// Refines a guess against the views that may see it and decides whether it is a patch: enough views of two cameras

@@ -32,8 +32,7 @@ struct ReconstructJob {
       field("coverage", coverage, Range{0.01, 1.0}, "stop growing when this share of the textured cells is covered");
       field("regularity", regularity, Range{0.0, 1.0},
             "least share of neighbouring patches that must lie on the same surface (z of Eq. 9)");
-      field("max_speed_widths", max_speed_widths, Range{0.0, 10.0},
-            "fastest image motion to match, in image widths per second");
+      field("max_speed_widths", max_speed_widths, Range{0.0, 10.0}, "fastest motion, in image widths per second");
       field("optimizer", optimizer, OneOf{{"lm", "lbfgs", "nlcg"}},
             "Levenberg-Marquardt, L-BFGS, or the paper's nonlinear conjugate gradients (slow)");
     }

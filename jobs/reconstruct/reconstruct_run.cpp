@@ -26,6 +26,7 @@ ReconstructOptions options_from(const ReconstructJob::Params& params) {
   o.cell_px = params.cell_px;
   o.iterations = params.iterations;
   o.match.max_speed_widths = params.max_speed_widths;
+  o.expansion.build.max_speed_widths = params.max_speed_widths;
   o.expansion.max_patches = params.max_patches;
   o.expansion.coverage = params.coverage;
   o.expansion.build.min_ncc = params.min_ncc;
