@@ -78,7 +78,7 @@ void match(const Colmap& colmap, const std::vector<PicturePair>& pairs, const fs
       colmap.run("matches_importer",
                  {"--database_path", db.string(), "--match_list_path", list.string(), "--match_type", "pairs",
                   "--SiftMatching.use_gpu", "0", "--SiftMatching.num_threads", colmap.threads(),
-                  "--SiftMatching.guided_matching", "1", "--SiftMatching.max_error",
+                  "--SiftMatching.guided_matching", o.loose ? "1" : "0", "--SiftMatching.max_error",
                   fmt::format("{}", o.max_reproj_error_px), "--SiftMatching.max_ratio", o.loose ? "0.85" : "0.8"});
   if (status != 0) colmap.fail("matches_importer", status);
 }

@@ -15,8 +15,8 @@ struct ColmapOptions {
   int max_picture_px = 1600;           ///< longer side at which features are sought
   int max_features = 4096;
   double max_reproj_error_px = 4;
-  bool loose =
-      false;  ///< second attempt: fainter features, described for wide baselines; fewer matches suffice. 3× slower
+  bool loose = false;  ///< second attempt: fainter features, described for wide baselines, matched again along
+                       ///< epipolar lines; fewer matches suffice. 3× slower
   int num_threads = 1;
   std::function<void(double fraction, const std::string& phase)> on_progress;
 };
