@@ -289,7 +289,8 @@ ReportInput FarmQueries::report_input(std::int64_t shot_id, std::int64_t now_ms)
     if (!row.is_null(3)) input.finished_ms = row.integer(3);
   }
   for (auto row = db_.query(
-           "SELECT name, kind, job.state, key, error_kind, job.error, wall_ms, peak_rss_mb, coalesce((SELECT log_path "
+           "SELECT job.name, kind, job.state, key, error_kind, job.error, wall_ms, peak_rss_mb, coalesce((SELECT "
+           "log_path "
            "FROM "
            "attempt WHERE job_id = job.id ORDER BY number DESC LIMIT 1), '') FROM job JOIN shot ON shot.id = shot_id "
            "WHERE shot_id = ? AND job.generation = shot.generation ORDER BY job.id",
