@@ -22,7 +22,7 @@ struct BuildOptions {
   double min_ncc = 0.7;           ///< mean over the views that see it
   int min_views = 3;              ///< with the reference, of at least two cameras
   int extra_views_moving = 3;     ///< that a moving patch needs: one for each more unknown
-  double max_speed_widths = 0.5;  ///< fastest motion, image widths per second at the patch's depth
+  double max_speed_widths = 1.0;  ///< fastest motion, image widths per second at the patch's depth
   int max_cameras = 6;            ///< that take part in the refinement
   double max_angle_deg = 65;      ///< between the normal and the direction to a camera
 };

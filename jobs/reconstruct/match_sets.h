@@ -19,7 +19,7 @@ struct MatchSet {
 struct MatchOptions {
   double max_ratio = 0.85;        ///< nearest over second nearest descriptor distance
   double epipolar_px = 2.0;       ///< for a static point
-  double max_speed_widths = 0.5;  ///< image widths per second that things may move: widens the gate with time
+  double max_speed_widths = 1.0;  ///< image widths per second that things may move: widens the gate with time
   double max_gate_widths = 0.08;  ///< cap of the gate
 };
 

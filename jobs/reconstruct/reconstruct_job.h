@@ -17,7 +17,7 @@ struct ReconstructJob {
     double min_ncc = 0.7;
     double coverage = 0.95;
     double regularity = 0.25;
-    double max_speed_widths = 0.5;
+    double max_speed_widths = 1.0;
     std::string optimizer = "lm";
     void fields(auto&& field) {
       field("group_frames", group_frames, Range{1, 8},
