@@ -1,5 +1,7 @@
 #include "jobs/encode/encode_job.h"
 
+#include <fmt/format.h>
+
 #include "jobs/views/frame_plan.h"
 #include "schema/formats/calibration.h"
 #include "schema/formats/navspace.h"
@@ -18,8 +20,8 @@ WorkUnit unit_of(const RenderRequest& request, const std::vector<int>& frames, c
   }
   const bool stereo = request.mode != "view";
   unit.unit = {{"name", request.name}, {"fps", request.fps}, {"stereo", stereo}, {"frames", jobs}};
-  const std::string out = "render/" + request.name + "/";
-  unit.links = {{request.name + ".mp4", out + request.name + ".mp4"}};
+  const std::string out = fmt::format("render/{}/", request.name);
+  unit.links = {{fmt::format("{}.mp4", request.name), fmt::format("{}{}.mp4", out, request.name)}};
   if (stereo)
     for (const char* file : {"side_by_side.mp4", "anaglyph.mp4"}) unit.links.push_back({file, out + file});
   unit.need = {.cores = 1, .ram_mb = 1000, .timeout_s = 3600};

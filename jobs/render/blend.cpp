@@ -10,8 +10,8 @@
 namespace vantage {
 namespace {
 
-constexpr float kSameSurface = 0.03F;  ///< of depth
-constexpr double kEnoughWeight = 0.2;  ///< of all layers' weight: a nearer surface that fewer see is an error of depth
+constexpr float kSameSurface = 0.05F;  ///< of depth
+constexpr double kEnoughWeight = 0.1;  ///< of all layers' weight: a nearer surface that fewer see is an error of depth
 constexpr float kKnownWithin_px = 8;   ///< small holes are filled and count as known
 
 struct Candidate {

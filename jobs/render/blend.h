@@ -23,7 +23,7 @@ struct ColouredLayer {
 /// Colours of a layer: the image at source_px, Catmull-Rom (the only resampling).
 cv::Mat3f layer_colours(const cv::Mat3b& bgr, const Layer& layer);
 
-/// Per pixel: the nearest surface that enough of the layers' weight agrees on (within 3 % of depth, share ×
+/// Per pixel: the nearest surface that enough of the layers' weight agrees on (within 5 % of depth, share ×
 /// confidence), and the weighted mean of its layers' colours. Pixels of no layer: filled from around; alpha 0 beyond 8
 /// px from any layer.
 ViewPicture blend(const std::vector<ColouredLayer>& layers);

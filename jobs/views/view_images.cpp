@@ -6,21 +6,33 @@
 namespace vantage {
 namespace {
 constexpr double kSameTime_s = 1e-6;
-}
+/// Of the most edges that a camera has with another: fewer join cameras that are not beside each other, at the ends of
+/// the footage only, where nearer ones have no images.
+constexpr double kBeside = 0.25;
+}  // namespace
 
 ViewImages::ViewImages(const Navspace& navspace) : navspace_(navspace) {
   const auto& vertices = navspace.vertices;
-  for (std::size_t v = 0; v < vertices.size(); ++v) frames_[vertices[v].image.camera].push_back(static_cast<int>(v));
+  std::set<int> joined;
+  std::map<std::string, std::map<std::string, int>> num_edges;
+  for (const auto& [i, k] : navspace.edges) {
+    const std::string& a = vertices[static_cast<std::size_t>(i)].image.camera;
+    const std::string& b = vertices[static_cast<std::size_t>(k)].image.camera;
+    if (a == b) continue;
+    joined.insert({i, k});
+    ++num_edges[a][b];
+    ++num_edges[b][a];
+  }
+  for (const int v : joined) frames_[vertices[static_cast<std::size_t>(v)].image.camera].push_back(v);
   for (auto& [camera, list] : frames_)
     std::stable_sort(list.begin(), list.end(), [&](int a, int b) {
       return vertices[static_cast<std::size_t>(a)].time_s < vertices[static_cast<std::size_t>(b)].time_s;
     });
-  for (const auto& [i, k] : navspace.edges) {
-    const std::string &a = vertices[static_cast<std::size_t>(i)].image.camera,
-                      &b = vertices[static_cast<std::size_t>(k)].image.camera;
-    if (a == b) continue;
-    neighbours_[a].insert(b);
-    neighbours_[b].insert(a);
+  for (const auto& [camera, others] : num_edges) {
+    int most = 0;
+    for (const auto& [other, count] : others) most = std::max(most, count);
+    for (const auto& [other, count] : others)
+      if (kBeside * most <= count) neighbours_[camera].insert(other);
   }
 }
 

@@ -12,8 +12,9 @@ namespace vantage {
 class ViewImages {
  public:
   explicit ViewImages(const Navspace& navspace);
-  /// Of the cameras of the cells and of the cameras joined to all but one of a cell's: the frames just before and after
-  /// time_s (one when a frame is at that time; the last two when time_s is past the footage). Rising.
+  /// Of the cameras of the cells and of the cameras beside them (joined to all but one of a cell's, often): the frames
+  /// just before and after time_s (one when a frame is at that time; the last two when time_s is past the footage).
+  /// Rising.
   std::vector<int> around(const std::vector<NavLocation>& locations, double time_s) const;
 
  private:
@@ -22,7 +23,7 @@ class ViewImages {
 
   const Navspace& navspace_;
   std::map<std::string, std::vector<int>> frames_;           ///< vertices of a camera by time
-  std::map<std::string, std::set<std::string>> neighbours_;  ///< cameras joined by an edge
+  std::map<std::string, std::set<std::string>> neighbours_;  ///< cameras beside each other
 };
 
 }  // namespace vantage
