@@ -10,16 +10,17 @@
 namespace vantage {
 namespace {
 
-/// Measured: colours, depth and places of an image, and its layer, take about 100 bytes a pixel.
+/// Twelve images of 640 x 360 take 260 MB in all (measured): about 45 bytes a pixel of an image and 25 a pixel of its
+/// layer; the eyes are drawn one after the other.
 int ram_mb(const FramePlan& plan, const Calibration& calibration) {
-  double pixels = 0;
+  double bytes = 0;
   for (const PlannedImage& image : plan.images) {
     const Pinhole& p = calibration.camera(image.id.camera).pinhole;
-    pixels += 1.0 * p.width * p.height;
+    bytes += 60.0 * p.width * p.height;
   }
-  for (const PlannedEye& eye : plan.eyes)
-    pixels += static_cast<double>(plan.images.size()) * eye.pinhole.width * eye.pinhole.height;
-  return 300 + static_cast<int>(pixels * 100 / 1e6);
+  const Pinhole& view = plan.eyes.front().pinhole;
+  bytes += 40.0 * static_cast<double>(plan.images.size()) * view.width * view.height;
+  return 200 + static_cast<int>(bytes / 1e6);
 }
 
 WorkUnit unit_of(const RenderRequest& request, const VirtualView& view, const Calibration& calibration,

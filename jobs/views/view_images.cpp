@@ -50,14 +50,21 @@ std::vector<int> ViewImages::around(const std::vector<NavLocation>& locations, d
 void ViewImages::add_cameras_of(const NavLocation& location, std::set<std::string>& cameras) const {
   std::set<std::string> inner;
   for (const int v : location.vertices) inner.insert(navspace_.vertices[static_cast<std::size_t>(v)].image.camera);
-  const std::size_t enough = std::max<std::size_t>(1, inner.size() - 1);
+  std::set<std::string> all = with_neighbours(inner, std::max<std::size_t>(1, inner.size() - 1));
+  // Two cameras, as on an arc, have only one beside them on either side: the next ones see behind things, too.
+  if (inner.size() <= 2) all = with_neighbours(all, 1);
+  cameras.merge(all);
+}
+
+std::set<std::string> ViewImages::with_neighbours(const std::set<std::string>& cameras, std::size_t min_joins) const {
   std::map<std::string, std::size_t> joins;
-  for (const std::string& camera : inner)
+  for (const std::string& camera : cameras)
     if (const auto found = neighbours_.find(camera); found != neighbours_.end())
       for (const std::string& other : found->second) ++joins[other];
+  std::set<std::string> all = cameras;
   for (const auto& [camera, count] : joins)
-    if (count >= enough) cameras.insert(camera);
-  cameras.insert(inner.begin(), inner.end());
+    if (count >= min_joins) all.insert(camera);
+  return all;
 }
 
 void ViewImages::add_frames_of(const std::string& camera, double time_s, std::set<int>& images) const {

@@ -12,13 +12,15 @@ namespace vantage {
 class ViewImages {
  public:
   explicit ViewImages(const Navspace& navspace);
-  /// Of the cameras of the cells and of the cameras beside them (joined to all but one of a cell's, often): the frames
-  /// just before and after time_s (one when a frame is at that time; the last two when time_s is past the footage).
-  /// Rising.
+  /// Of the cameras of the cells and of those beside them (joined to all but one of a cell's, often; two to either side
+  /// of a pair): the frames just before and after time_s (one when a frame is at that time; the last two when time_s is
+  /// past the footage). Rising.
   std::vector<int> around(const std::vector<NavLocation>& locations, double time_s) const;
 
  private:
   void add_cameras_of(const NavLocation& location, std::set<std::string>& cameras) const;
+  /// cameras, and those beside at least min_joins of them.
+  std::set<std::string> with_neighbours(const std::set<std::string>& cameras, std::size_t min_joins) const;
   void add_frames_of(const std::string& camera, double time_s, std::set<int>& images) const;
 
   const Navspace& navspace_;

@@ -219,14 +219,14 @@ TEST(VirtualViews, KeyFramesStayOnTheCameraSurfaceLookingAtTheCentre) {
   }
 }
 
-TEST(VirtualViews, ReadTheFramesAroundTheTimeOfTheNeighbouringCameras) {
-  const Rig rig = arc_rig(5, 6);
+TEST(VirtualViews, ReadTheFramesAroundTheTimeOfTheCamerasBesideTheCell) {
+  const Rig rig = arc_rig(8, 6);
   RenderRequest request = request_of("view");
   request.keyframes = {{0, 0.23, 3, 0}};
   const auto views = virtual_views(request, rig.shot, rig.calibration, rig.navspace);
   ASSERT_EQ(views.size(), 1U);
   std::vector<int> expected;
-  for (int c = 1; c <= 4; ++c)
+  for (int c = 1; c <= 6; ++c)
     for (int k : {2, 3}) expected.push_back(6 * c + k);
   EXPECT_EQ(views[0].images, expected);
   for (const auto& [i, k] : edges_of_views(views, rig.navspace)) EXPECT_LT(i, k);
