@@ -113,12 +113,11 @@ int status_command(const Arguments& arguments) {
   declare(app, q, Names::MaybeShot);
   parse(app, arguments);
   const auto client = make_farm_client(q.server, q.shot);
+  const Json known =
+      q.shot.empty() ? client->get("/shots", {}).at("shots") : Json{{{"id", find_shot(*client, q.shot)}}};
   Json shots = Json::array();
-  if (q.shot.empty())
-    for (const auto& shot : client->get("/shots", {}).at("shots"))
-      shots.push_back(client->get(fmt::format("/shots/{}", shot.at("id").get<std::int64_t>()), {}));
-  else
-    shots.push_back(client->get(fmt::format("/shots/{}", find_shot(*client, q.shot)), {}));
+  for (const auto& shot : known)
+    shots.push_back(client->get(fmt::format("/shots/{}", shot.at("id").get<std::int64_t>()), {}));
   if (q.json)
     fmt::print("{}\n", (q.shot.empty() ? shots : shots.at(0)).dump());
   else

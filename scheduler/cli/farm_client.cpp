@@ -104,9 +104,9 @@ std::int64_t find_job(FarmClient& client, std::int64_t shot_id, const std::strin
   const Json page = client.get(fmt::format("/shots/{}/jobs", shot_id), {{"text", name}, {"limit", "1000"}});
   for (const auto& job : page.at("jobs"))
     if (job.at("name") == name) return job.at("id");
+  const Json all = client.get(fmt::format("/shots/{}/jobs", shot_id), {{"limit", "1000"}});
   std::vector<std::string> names;
-  for (const auto& job : client.get(fmt::format("/shots/{}/jobs", shot_id), {{"limit", "1000"}}).at("jobs"))
-    names.push_back(job.at("name"));
+  for (const auto& job : all.at("jobs")) names.push_back(job.at("name"));
   throw NotFound(fmt::format("there is no job '{}'{}", name, did_you_mean(name, names)));
 }
 

@@ -98,7 +98,9 @@ function setLink(up: boolean, why: string) {
 }
 
 // The server says when its database has changed; the slow beat covers a broken stream and moving clocks.
+// #still=1 shows one moment only: for prints and pictures of the page.
 function listen() {
+  if (new URLSearchParams(location.hash.slice(1)).has('still')) return;
   const events = new EventSource('/api/v1/events');
   events.addEventListener('changed', () => void refresh());
   setInterval(() => void refresh(), 2000);
