@@ -172,16 +172,16 @@ class Reader {
     c.line = s.line;
     c.name = take<std::string>(s, "name", "");
     c.footage = take<std::string>(s, "footage", "");
-    if (c.name.empty() || c.footage.empty()) fail(c.line, "every [[camera]] needs a name and footage");
-    check_name(c.name, "camera", c.line);
     c.fps = take_number(s, "fps");
-    if (c.fps && *c.fps <= 0) fail(c.line, fmt::format("camera '{}': fps is {}, must be above 0", c.name, *c.fps));
     c.start_s = take_number(s, "start_s");
     c.moving = take<bool>(s, "moving", false);
     c.mask = take<std::string>(s, "mask", "");
     c.key_color = take<std::string>(s, "key_color", "");
     c.calibration = take<std::string>(s, "calibration", "");
     reject_rest(s, {"name", "footage", "fps", "start_s", "moving", "mask", "key_color", "calibration"});
+    if (c.name.empty() || c.footage.empty()) fail(c.line, "every [[camera]] needs a name and footage");
+    check_name(c.name, "camera", c.line);
+    if (c.fps && *c.fps <= 0) fail(c.line, fmt::format("camera '{}': fps is {}, must be above 0", c.name, *c.fps));
     shot_.cameras.push_back(std::move(c));
   }
 

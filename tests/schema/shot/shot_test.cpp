@@ -61,7 +61,7 @@ TEST(Shot, UnknownTableSuggestsTheNearOne) {
   expect_error(kTwoCameras + "[snyc]\n", {"unknown table [snyc]", "did you mean 'sync'?"});
 }
 TEST(Shot, UnknownCameraKeySuggestsTheNearOne) {
-  expect_error("[[camera]]\nname = \"a\"\nfotage = \"x\"\nfootage = \"y\"\n",
+  expect_error("[[camera]]\nname = \"a\"\nfotage = \"x\"\n",
                {"shot.toml:3", "fotage", "did you mean 'footage'?"});
 }
 TEST(Shot, OneCameraIsTooFew) {
