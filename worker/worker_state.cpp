@@ -20,6 +20,8 @@ namespace vantage {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr int kLockPatience_ms = 5000;
+
 std::string new_uuid() {
   const std::string h = to_hex(random_bytes(16));
   return fmt::format("{}-{}-{}-{}-{}", h.substr(0, 8), h.substr(8, 4), h.substr(12, 4), h.substr(16, 4), h.substr(20));
@@ -64,7 +66,12 @@ void WorkerState::lock() {
   lock_fd_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (lock_fd_ < 0)
     throw Error(ErrorKind::BadInput, fmt::format("{}: cannot open: {}", path.string(), std::strerror(errno)));
-  if (flock(lock_fd_, LOCK_EX | LOCK_NB) != 0) {
+  // A worker whose farm was killed needs a moment to notice and end.
+  for (int tries = 0; flock(lock_fd_, LOCK_EX | LOCK_NB) != 0; ++tries) {
+    if (tries < kLockPatience_ms / 50) {
+      usleep(50'000);
+      continue;
+    }
     close(lock_fd_);
     throw Error(ErrorKind::BadInput,
                 fmt::format("{}: another worker uses this folder; give each its own --state", folder_.string()));
