@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <optional>
+#include <set>
 #include <unordered_map>
 
 namespace vantage {
@@ -78,6 +80,35 @@ std::vector<Candidate> static_candidates(const std::vector<std::vector<Patch>>& 
   return out;
 }
 
+/// Drops candidates whose surface fewer than min_support other groups have seen within one and a half spacings. A no-op
+/// for shots of fewer than five moments. Returns how many it dropped.
+int drop_unsupported(std::vector<Candidate>& candidates, const FuseOptions& options) {
+  constexpr std::size_t kFewestTimes = 5;
+  constexpr double kReach = 1.5;
+  std::set<float> times;
+  for (const Candidate& c : candidates) times.insert(c.patch->t0_s);
+  if (times.size() < kFewestTimes) return 0;
+  SpatialHash hash;
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    hash.insert(candidates[i].patch->position, kReach * candidates[i].spacing, static_cast<int>(i));
+  const auto is_supported = [&](const Candidate& c) {
+    std::set<int> others;
+    hash.near(c.patch->position, kReach * c.spacing, [&](int i) {
+      const Candidate& o = candidates[static_cast<std::size_t>(i)];
+      if (static_cast<int>(others.size()) >= options.min_support || o.group == c.group) return;
+      const Eigen::Vector3f between = o.patch->position - c.patch->position;
+      if (between.norm() >= kReach * c.spacing) return;
+      if (on_one_surface(between, c.patch->normal, o.patch->normal, options.kappa * c.spacing)) others.insert(o.group);
+    });
+    return static_cast<int>(others.size()) >= options.min_support;
+  };
+  std::vector<Candidate> supported;
+  std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(supported), is_supported);
+  const auto dropped = candidates.size() - supported.size();
+  candidates = std::move(supported);
+  return static_cast<int>(dropped);
+}
+
 void absorb(Fused& kept, const Patch& p) {
   const double weight = std::max(1, p.num_views);
   kept.offset_sum += weight * static_cast<double>((p.position - kept.patch.position).dot(kept.patch.normal));
@@ -87,10 +118,12 @@ void absorb(Fused& kept, const Patch& p) {
 }
 
 std::vector<Patch> fuse_static(const std::vector<std::vector<Patch>>& groups, const PatchSpacing& spacing,
-                               const FuseOptions& options) {
+                               const FuseOptions& options, FuseReport& report) {
   std::vector<Fused> kept;
   SpatialHash hash;
-  for (const Candidate& c : static_candidates(groups, spacing)) {
+  std::vector<Candidate> candidates = static_candidates(groups, spacing);
+  report.num_unsupported = drop_unsupported(candidates, options);
+  for (const Candidate& c : candidates) {
     const double radius = options.merge_distance * c.spacing;
     int best = -1;
     double best_distance = radius;
@@ -205,13 +238,13 @@ std::vector<Patch> fuse_moving(const std::vector<std::vector<Patch>>& groups, co
 
 std::vector<Patch> fuse_patches(const std::vector<std::vector<Patch>>& groups, const PatchSpacing& spacing,
                                 const FuseOptions& options, FuseReport& report) {
-  std::vector<Patch> model = fuse_static(groups, spacing, options);
+  std::vector<Patch> model = fuse_static(groups, spacing, options, report);
   report.num_static = static_cast<int>(model.size());
   const std::vector<Patch> moving = fuse_moving(groups, spacing, options);
   report.num_moving = static_cast<int>(moving.size());
   model.insert(model.end(), moving.begin(), moving.end());
   for (const auto& group : groups) report.num_in += static_cast<int>(group.size());
-  report.num_merged = report.num_in - static_cast<int>(model.size());
+  report.num_merged = report.num_in - report.num_unsupported - static_cast<int>(model.size());
   return model;
 }
 

@@ -12,12 +12,14 @@ using PatchSpacing = std::function<double(const Patch&)>;
 struct FuseOptions {
   double merge_distance = 0.5;  ///< of the spacing
   double kappa = 0.5;           ///< of Eq. 9, of the spacing
+  int min_support = 2;  ///< other groups that must have seen a static surface nearby, where the shot has five or
+                        ///< more groups in time: what one group alone claims is mostly wrong
   double max_validity =
       1.5;  ///< a moving patch may become valid over so many group durations: motion is linear only locally
 };
 
 struct FuseReport {
-  int num_in = 0, num_static = 0, num_moving = 0, num_merged = 0;
+  int num_in = 0, num_static = 0, num_moving = 0, num_merged = 0, num_unsupported = 0;
 };
 
 /// One model from the patches of all groups (those of a group share t0 and t1).

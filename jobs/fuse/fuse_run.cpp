@@ -85,6 +85,7 @@ void FuseJob::run(JobContext& context, const Params& params) {
   context.figure("static_patches", report.num_static);
   context.figure("moving_patches", report.num_moving);
   context.figure("merged", report.num_merged);
+  context.figure("unsupported", report.num_unsupported);
   write_patches_ply(context.out("patches.ply"), model);
 
   context.progress(0.4, "points");

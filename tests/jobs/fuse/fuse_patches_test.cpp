@@ -91,6 +91,17 @@ TEST(FusePatches, MotionIsNotStretchedBeyondOneAndAHalfGroups) {
   for (const Patch& p : fuse_patches(groups, kSpacing, {}, report)) EXPECT_LE(p.t1_s - p.t0_s, 0.1501F);
 }
 
+TEST(FusePatches, StaticPatchesThatNoOtherGroupHasSeenAreDroppedWhereThereAreManyGroups) {
+  std::vector<std::vector<Patch>> groups;
+  for (int g = 0; g < 6; ++g) groups.push_back(wall(3, 0.1F * static_cast<float>(g), 0.1F * static_cast<float>(g + 1)));
+  groups[2].push_back(patch_at(0.1F, 0.1F, 2, 0.2F, 0.3F));
+  FuseReport report;
+  EXPECT_EQ(fuse_patches(groups, kSpacing, {}, report).size(), 100U);
+  EXPECT_EQ(report.num_unsupported, 1);
+  groups.resize(3);  // too few groups to tell
+  EXPECT_EQ(fuse_patches(groups, kSpacing, {}, report).size(), 101U);
+}
+
 TEST(FusePatches, NothingInNothingOut) {
   FuseReport report;
   EXPECT_TRUE(fuse_patches({{}, {}}, kSpacing, {}, report).empty());
