@@ -241,7 +241,7 @@ void Planner::end_finished_shots() {
   for (const ShotId shot : std::exchange(to_end_, {})) {
     const ShotRow row = *store_.shot(shot);
     const bool open = row.state == "running" || row.state == "paused";
-    if (!open || to_expand_.contains(shot) || store_.num_planned_unfinished(shot) > 0) continue;
+    if (!open || to_expand_.contains(shot) || store_.has_planned_unfinished(shot)) continue;
     const bool failed = !row.error.empty() || store_.num_planned_bad(shot) > 0;
     store_.set_shot_state(shot, failed ? "failed" : "done", row.error);
     effects_.changed.insert(shot);

@@ -41,7 +41,7 @@ class Store {
   std::vector<JobRow> jobs_of(ShotId shot);
   /// Jobs of the shot's present plan in one of these states.
   std::vector<JobId> planned_in_states(ShotId shot, std::initializer_list<JobState> states);
-  int num_planned_unfinished(ShotId shot);
+  bool has_planned_unfinished(ShotId shot);
   int num_planned_bad(ShotId shot);
   /// New row in state blocked.
   JobId insert_job(const JobRow& row);

@@ -56,12 +56,12 @@ std::vector<JobId> Store::planned_in_states(ShotId shot, std::initializer_list<J
   return ids;
 }
 
-int Store::num_planned_unfinished(ShotId shot) {
-  return static_cast<int>(db_.integer_or(
-      0,
-      "SELECT count(*) FROM job WHERE shot_id = ?1 AND generation = (SELECT generation FROM shot WHERE id = ?1) "
-      "AND state IN ('blocked', 'ready', 'leased', 'running', 'reconnect', 'paused')",
-      shot.value));
+bool Store::has_planned_unfinished(ShotId shot) {
+  return db_.integer_or(0,
+                        "SELECT EXISTS (SELECT 1 FROM job WHERE shot_id = ?1 AND generation = "
+                        "(SELECT generation FROM shot WHERE id = ?1) "
+                        "AND state IN ('blocked', 'ready', 'leased', 'running', 'reconnect', 'paused'))",
+                        shot.value) != 0;
 }
 
 int Store::num_planned_bad(ShotId shot) {
