@@ -29,8 +29,7 @@ Shot read_checked_shot(const std::filesystem::path& folder);
 /// Probes the footage of every camera. Never throws for bad footage: that is in `error`.
 std::vector<FootageFacts> probe_shot(const Shot& shot);
 
-/// Rough: what the plan will hold and cost on one core, from the size of the footage. Edges between images are counted
-/// as a Delaunay tessellation of random points has them. Empty stages are left out.
+/// Rough: what the plan will hold and cost on one core, from the size of the footage. Empty stages are left out.
 std::vector<StageEstimate> estimate_plan(const Shot& shot, const std::vector<FootageFacts>& footage);
 
 }  // namespace vantage

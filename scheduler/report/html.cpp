@@ -72,7 +72,7 @@ std::string picture(const fs::path& file, const fs::path& page_folder, std::stri
   if (ignored) return {};
   const std::string source = size <= kMaxEmbeddedBytes
                                  ? fmt::format("data:{};base64,{}", mime_type(file), base64(read_file(file)))
-                                 : escape(fs::relative(file, page_folder).string());
+                                 : escape(file.lexically_relative(page_folder).string());
   return fmt::format("<figure><img src=\"{}\" alt=\"{}\"><figcaption>{}</figcaption></figure>\n", source,
                      escape(caption), escape(caption));
 }

@@ -32,7 +32,7 @@ std::vector<fs::path> files_below(const fs::path& folder, const std::string& end
 std::string films(const ReportInput& input) {
   std::string out;
   for (const fs::path& film : files_below(page_folder(input) / "render", ".mp4")) {
-    const std::string path = html::escape(fs::relative(film, page_folder(input)).string());
+    const std::string path = html::escape(film.lexically_relative(page_folder(input)).string());
     out += fmt::format(
         "<figure><video src=\"{0}\" controls loop muted preload=\"metadata\"></video><figcaption>"
         "<a href=\"{0}\">{0}</a></figcaption></figure>\n",

@@ -75,6 +75,7 @@ export interface JobDetail extends Job {
   unit: Record<string, unknown>;
   figures: Record<string, unknown>;
   attempts: Attempt[];
+  history: {at_ms: number; kind: string; text: string}[];
   inputs: {id: number; name: string; state: State}[];
   links: {from: string; to: string}[];
   files: {path: string; size: number}[];

@@ -41,6 +41,7 @@ function content(job: JobDetail, act: DrawerActions): HTMLElement[] {
         el('button', {class: 'quiet mono', onclick: () => act.open(input.id)}, chip(input.state), input.name)))) : null,
     job.files.length ? section('Files', facts(job.files.slice(0, 12).map(file => [file.path, bytes(file.size)])),
         job.files.length > 12 && el('p', {class: 'hint'}, `and ${job.files.length - 12} more`)) : null,
+    job.history.length ? section('History', facts(job.history.map(event => [clockTime(event.at_ms), event.text]))) : null,
     section('Settings', facts([['cores, memory', `${job.cores}, ${gigabytes(job.ram_mb)}`], ['unit', JSON.stringify(job.unit)],
         ['params', JSON.stringify(job.params)], ['key', job.key || 'not known until its inputs are']])),
     job.reproduce ? section('Run it by hand', el('pre', {class: 'command'}, job.reproduce)) : null,

@@ -28,6 +28,13 @@ TEST_F(Report, ShowsWhatWentInAndWhatCameOut) {
   expect_holds("<video src=\"render/freeze/freeze.mp4\"");
 }
 
+TEST_F(Report, LinksAFilmByItsNameBelowOutThoughItLiesInTheStore) {
+  const auto film = farm_.shot() / "out" / "render" / "freeze" / "freeze.mp4";
+  std::filesystem::rename(film, farm_.shot() / ".vantage" / "store" / "freeze.mp4");
+  std::filesystem::create_symlink("../../../.vantage/store/freeze.mp4", film);
+  expect_holds("<video src=\"render/freeze/freeze.mp4\"");
+}
+
 TEST_F(Report, NamesFailedJobsWithErrorAndLogAndEscapesThem) {
   expect_holds("left-000000: no edge &lt;with&gt; depth");
   expect_holds("logs/depth.log");
