@@ -3,7 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <functional>
+#include <limits>
 #include <set>
 
 namespace vantage {
@@ -32,16 +32,14 @@ class Gate {
     else
       transfer_ = fundamental(a, b);
   }
-  /// A function of b's pixels for one pixel of a.
-  std::function<bool(const Eigen::Vector2d&)> at(const Eigen::Vector2d& px) const {
+  /// What a pixel of a says of b's pixels: a line of unit normal, or a point in the first two numbers.
+  Eigen::Vector3d at(const Eigen::Vector2d& px) const {
     const Eigen::Vector3d image = transfer_ * px.homogeneous();
-    if (same_place_) {
-      const Eigen::Vector2d centre = image.hnormalized();
-      return
-          [centre, reach = reach_px_](const Eigen::Vector2d& q) { return (q - centre).squaredNorm() <= reach * reach; };
-    }
-    const Eigen::Vector3d line = image / std::max(1e-12, image.head<2>().norm());
-    return [line, reach = reach_px_](const Eigen::Vector2d& q) { return std::abs(line.dot(q.homogeneous())) <= reach; };
+    return image / (same_place_ ? image.z() : std::max(1e-12, image.head<2>().norm()));
+  }
+  bool admits(const Eigen::Vector3d& at, const Eigen::Vector2d& q) const {
+    if (same_place_) return (q - at.head<2>()).squaredNorm() <= reach_px_ * reach_px_;
+    return std::abs(at.x() * q.x() + at.y() * q.y() + at.z()) <= reach_px_;
   }
 
  private:
@@ -55,40 +53,62 @@ float descriptor_distance2(const cv::Mat1f& a, int i, const cv::Mat1f& b, int j)
   return (Row(a[i]) - Row(b[j])).squaredNorm();
 }
 
-/// Best match in b of every point of a; -1 where the ratio test fails. Candidates within 3 px of the best do not count
-/// as second best: they are the same thing.
-std::vector<int> nearest(const View& a, const View& b, const InterestPoints& pa, const InterestPoints& pb,
-                         const MatchOptions& options) {
+/// Two points that may match and the squared distance of their descriptors.
+struct Candidate {
+  int i, j;
+  float distance2;
+};
+
+std::vector<Candidate> candidates(const View& a, const View& b, const InterestPoints& pa, const InterestPoints& pb,
+                                  const MatchOptions& options) {
   const Gate gate(a, b, options);
-  std::vector<int> best(pa.px.size(), -1);
-  std::vector<std::pair<float, int>> candidates;
-  for (std::size_t i = 0; i < pa.px.size(); ++i) {
-    candidates.clear();
-    const auto allowed = gate.at(pa.px[i]);
-    for (std::size_t j = 0; j < pb.px.size(); ++j)
-      if (allowed(pb.px[j]))
-        candidates.emplace_back(
-            descriptor_distance2(pa.descriptors, static_cast<int>(i), pb.descriptors, static_cast<int>(j)),
-            static_cast<int>(j));
-    if (candidates.empty()) continue;
-    const auto first = *std::min_element(candidates.begin(), candidates.end());
-    float second = 2.0F;  // unit descriptors with no negative entries are at most sqrt(2) apart
-    for (const auto& [distance, j] : candidates)
-      if ((pb.px[static_cast<std::size_t>(j)] - pb.px[static_cast<std::size_t>(first.second)]).norm() > 3.0)
-        second = std::min(second, distance);
-    if (first.first < options.max_ratio * options.max_ratio * static_cast<double>(second)) best[i] = first.second;
+  std::vector<Candidate> out;
+  for (int i = 0; i < static_cast<int>(pa.px.size()); ++i) {
+    const Eigen::Vector3d at = gate.at(pa.px[static_cast<std::size_t>(i)]);
+    for (int j = 0; j < static_cast<int>(pb.px.size()); ++j)
+      if (gate.admits(at, pb.px[static_cast<std::size_t>(j)]))
+        out.push_back({i, j, descriptor_distance2(pa.descriptors, i, pb.descriptors, j)});
   }
-  return best;
+  return out;
 }
+
+/// The nearest partner of a point, and the next that is not within 3 px of it: such a one is the same thing.
+struct Best {
+  int partner = -1;
+  float first = std::numeric_limits<float>::infinity();
+  float second = 2;  ///< unit descriptors with no negative entries are at most sqrt(2) apart
+  void offer(int other, float distance2) {
+    if (distance2 < first) {
+      first = distance2;
+      partner = other;
+    }
+  }
+  void offer_second(int other, float distance2, const std::vector<Eigen::Vector2d>& px) {
+    const auto apart = px[static_cast<std::size_t>(other)] - px[static_cast<std::size_t>(partner)];
+    if (distance2 < second && apart.squaredNorm() > 9) second = distance2;
+  }
+  bool is_distinct(double max_ratio) const { return first < max_ratio * max_ratio * static_cast<double>(second); }
+};
 
 PairMatches mutual_matches(const View& a, const View& b, const InterestPoints& pa, const InterestPoints& pb,
                            const MatchOptions& options) {
+  std::vector<Best> of_a(pa.px.size()), of_b(pb.px.size());
+  const std::vector<Candidate> all = candidates(a, b, pa, pb, options);
+  for (const Candidate& c : all) {
+    of_a[static_cast<std::size_t>(c.i)].offer(c.j, c.distance2);
+    of_b[static_cast<std::size_t>(c.j)].offer(c.i, c.distance2);
+  }
+  for (const Candidate& c : all) {
+    of_a[static_cast<std::size_t>(c.i)].offer_second(c.j, c.distance2, pb.px);
+    of_b[static_cast<std::size_t>(c.j)].offer_second(c.i, c.distance2, pa.px);
+  }
   PairMatches out;
-  if (pa.px.empty() || pb.px.empty()) return out;
-  const std::vector<int> forth = nearest(a, b, pa, pb, options), back = nearest(b, a, pb, pa, options);
-  for (std::size_t i = 0; i < forth.size(); ++i)
-    if (forth[i] >= 0 && back[static_cast<std::size_t>(forth[i])] == static_cast<int>(i))
-      out.emplace_back(static_cast<int>(i), forth[i]);
+  for (std::size_t i = 0; i < of_a.size(); ++i) {
+    if (of_a[i].partner < 0 || !of_a[i].is_distinct(options.max_ratio)) continue;
+    const Best& back = of_b[static_cast<std::size_t>(of_a[i].partner)];
+    if (back.partner == static_cast<int>(i) && back.is_distinct(options.max_ratio))
+      out.emplace_back(static_cast<int>(i), of_a[i].partner);
+  }
   return out;
 }
 

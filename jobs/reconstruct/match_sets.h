@@ -20,7 +20,7 @@ struct MatchOptions {
   double max_ratio = 0.85;        ///< nearest over second nearest descriptor distance
   double epipolar_px = 2.0;       ///< for a static point
   double max_speed_widths = 1.0;  ///< image widths per second that things may move: widens the gate with time
-  double max_gate_widths = 0.08;  ///< cap of the gate
+  double max_gate_widths = 0.05;  ///< cap of the gate
 };
 
 /// Mutual best matches across all pairs of views within a gate that widens with the time between them, then one set per

@@ -23,7 +23,7 @@ struct ReconstructJob {
       field("group_frames", group_frames, Range{1, 8},
             "consecutive frames per camera in a group; motion is taken as linear over them");
       field("level", level, Range{-1, 6},
-            "how often images are halved first; -1: until none is wider than 1600 pixels");
+            "how often images are halved first; -1: until none is wider than 1280 pixels");
       field("cell_px", cell_px, Range{1, 16}, "distance of patches in pixels of the reduced images");
       field("max_patches", max_patches, Range{100, 2000000}, "a group stops growing at so many patches");
       field("iterations", iterations, Range{1, 10}, "rounds of growing and filtering");
@@ -34,7 +34,7 @@ struct ReconstructJob {
             "least share of neighbouring patches that must lie on the same surface (z of Eq. 9)");
       field("max_speed_widths", max_speed_widths, Range{0.0, 10.0}, "fastest motion, in image widths per second");
       field("optimizer", optimizer, OneOf{{"lm", "lbfgs", "nlcg"}},
-            "Levenberg-Marquardt, L-BFGS, or the paper's nonlinear conjugate gradients (slow)");
+            "Levenberg-Marquardt, L-BFGS, or the paper's nonlinear conjugate gradients");
     }
   };
   static KindSpec spec() {

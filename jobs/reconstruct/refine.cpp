@@ -2,6 +2,7 @@
 
 #include <ceres/gradient_problem.h>
 #include <ceres/gradient_problem_solver.h>
+#include <glog/logging.h>
 
 #include <Eigen/Dense>
 #include <cmath>
@@ -45,6 +46,7 @@ class CeresCost : public ceres::FirstOrderFunction {
 
 Refinement refine_with_ceres(const ReferenceTexture& texture, const TangentPlane& start, std::span<const int> views,
                              const RefineOptions& options) {
+  FLAGS_minloglevel = google::GLOG_ERROR;  // Ceres warns at every restart of conjugate gradients: thousands of lines
   const Vector6d scale = scales_from(photo_cost(texture, start, views, true), options.with_velocity);
   auto* cost = new CeresCost(texture, start, views, scale);  // GradientProblem takes ownership
   const ceres::GradientProblem problem(cost);

@@ -6,8 +6,8 @@
 
 namespace vantage {
 
-/// nonlinear_conjugate_gradient is what the paper uses (Polak-Ribiere, Ceres). levenberg_marquardt finds the same
-/// optimum about 20 times faster, because 1 - NCC is a sum of squares; lbfgs lies between.
+/// nonlinear_conjugate_gradient is what the paper uses (Polak-Ribiere, through Ceres). levenberg_marquardt finds the
+/// same optimum in about a third of its time, because 1 - NCC is a sum of squares; lbfgs lies between.
 enum class Optimizer { levenberg_marquardt, lbfgs, nonlinear_conjugate_gradient };
 /// "lm", "lbfgs", "nlcg"
 Optimizer optimizer_from(const std::string& word);

@@ -46,7 +46,7 @@ struct GroupImage {
 };
 
 /// level: how often images are halved; -1: until none is wider than kAutoWidthPx.
-constexpr int kAutoWidthPx = 1600;
+constexpr int kAutoWidthPx = 1280;
 ViewGroup make_view_group(const std::vector<GroupImage>& images, int level);
 
 /// Direction (not unit; depth along the optical axis is 1) of the ray through a pixel, in the world.
