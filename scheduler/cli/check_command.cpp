@@ -51,14 +51,6 @@ void print_plan(const std::vector<StageEstimate>& plan) {
   fmt::print("  {:<12} {:>10}  {:>14}\n", "together", "", "~" + html::duration(total_s));
 }
 
-/// The first unusable footage decides; all are named before.
-void require_usable(const std::vector<FootageFacts>& footage) {
-  const FootageFacts* first = nullptr;
-  for (const auto& f : footage)
-    if (!f.error.empty() && first == nullptr) first = &f;
-  if (first != nullptr) throw Error(ErrorKind::BadInput, fmt::format("camera '{}': {}", first->camera, first->error));
-}
-
 }  // namespace
 
 int check_command(const Arguments& arguments) {

@@ -140,6 +140,16 @@ class ShotRun {
   std::set<std::string> said_failed_;
 };
 
+/// Footage that nobody has ingested yet is looked at first, so that a bad file is said at once and not by a failed job.
+void look_at_new_footage(const Shot& shot, bool quiet) {
+  if (fs::exists(shot.folder / ".vantage" / "store" / "ingest")) return;
+  const auto footage = probe_shot(shot);
+  if (!quiet)
+    for (const auto& f : footage)
+      for (const auto& warning : f.warnings) fmt::print("{}: {}\n", f.camera, warning);
+  require_usable(footage);
+}
+
 }  // namespace
 
 int run_shot_command(const Arguments& arguments) {
@@ -147,6 +157,7 @@ int run_shot_command(const Arguments& arguments) {
   const Shot shot = read_checked_shot(options.shot);
   options.shot = shot.folder;
   check_store(shot.folder);
+  look_at_new_footage(shot, options.json);
   note_stop_signals();
   const std::int64_t start_wall_ms = system_clock().wall_ms(), start_ms = system_clock().monotonic_ms();
   ShotRun run(options);

@@ -14,7 +14,7 @@ namespace vantage {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kMaxFailuresShown = 20;
+constexpr std::size_t kMaxFailuresShown = 20, kMaxWarningsShown = 8;
 
 int num_good_jobs(const ShotProgress& progress) {
   int sum = 0;
@@ -37,6 +37,7 @@ RunSummary summarize(const ShotProgress& progress, const fs::path& state_dir, st
                      .num_good = num_good_jobs(progress),
                      .num_run = queries.num_made_since(progress.shot.value, start_wall_ms),
                      .failures = {},
+                     .warnings = warnings_of(queries.report_input(progress.shot.value, start_wall_ms)),
                      .results = {}};
   for (const auto& f : progress.failures)
     summary.failures.push_back(
@@ -57,6 +58,10 @@ std::string to_text(const RunSummary& s) {
   }
   if (s.failures.size() > kMaxFailuresShown)
     text += fmt::format("… and {} more: vantage jobs SHOT --state failed\n", s.failures.size() - kMaxFailuresShown);
+  for (std::size_t i = 0; i < std::min(s.warnings.size(), kMaxWarningsShown); ++i)
+    text += fmt::format("warning: {}: {}\n", s.warnings[i].job, s.warnings[i].sentence);
+  if (s.warnings.size() > kMaxWarningsShown)
+    text += fmt::format("… and {} more warnings: see the report\n", s.warnings.size() - kMaxWarningsShown);
   if (!s.error.empty()) text += s.error + "\n";
   for (const auto& result : s.results) text += fmt::format("  {}\n", result.string());
   const int up_to_date = std::max(0, s.num_good - s.num_run);
@@ -65,7 +70,7 @@ std::string to_text(const RunSummary& s) {
 }
 
 Json to_json(const RunSummary& s) {
-  Json failures = Json::array(), results = Json::array();
+  Json failures = Json::array(), results = Json::array(), warnings = Json::array();
   for (const auto& f : s.failures)
     failures.push_back({{"job", f.job},
                         {"state", f.state},
@@ -73,9 +78,10 @@ Json to_json(const RunSummary& s) {
                         {"error", f.error},
                         {"log", f.log.string()}});
   for (const auto& result : s.results) results.push_back(result.string());
-  return {{"shot", s.shot},       {"state", s.state},       {"error", s.error},
-          {"wall_s", s.wall_s},   {"num_jobs", s.num_jobs}, {"num_good", s.num_good},
-          {"num_run", s.num_run}, {"failures", failures},   {"results", results}};
+  for (const auto& w : s.warnings) warnings.push_back({{"job", w.job}, {"warning", w.sentence}});
+  return {{"shot", s.shot},         {"state", s.state},       {"error", s.error},     {"wall_s", s.wall_s},
+          {"num_jobs", s.num_jobs}, {"num_good", s.num_good}, {"num_run", s.num_run}, {"failures", failures},
+          {"warnings", warnings},   {"results", results}};
 }
 
 int exit_code(const RunSummary& s) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "scheduler/farm/progress.h"
+#include "scheduler/report/report.h"
 #include "schema/base/json.h"
 
 namespace vantage {
@@ -20,6 +21,7 @@ struct RunSummary {
   int num_good = 0;  ///< of those, with a result
   int num_run = 0;   ///< of those, made by this run; the others were up to date
   std::vector<Failure> failures;
+  std::vector<JobWarning> warnings;
   std::vector<std::filesystem::path> results;  ///< the report, the films
 };
 

@@ -31,6 +31,9 @@ FootageFacts facts_of(const ShotCamera& camera, const Json& probe) {
   facts.num_frames = probe.at("num_frames");
   facts.duration_s = probe.at("duration_s");
   facts.warnings = probe.value("warnings", std::vector<std::string>{});
+  for (const auto& [key, value] :
+       {std::pair("mask", camera.mask), {"key_color", camera.key_color}, {"calibration", camera.calibration}})
+    if (!value.empty()) facts.warnings.push_back(fmt::format("'{}' is read but no stage uses it yet", key));
   return facts;
 }
 
@@ -56,6 +59,11 @@ std::vector<FootageFacts> probe_shot(const Shot& shot) {
   std::vector<FootageFacts> facts;
   for (std::size_t i = 0; i < shot.cameras.size(); ++i) facts.push_back(facts_of(shot.cameras[i], probes.at(i)));
   return facts;
+}
+
+void require_usable(const std::vector<FootageFacts>& footage) {
+  for (const auto& f : footage)
+    if (!f.error.empty()) throw Error(ErrorKind::BadInput, fmt::format("camera '{}': {}", f.camera, f.error));
 }
 
 std::vector<StageEstimate> estimate_plan(const Shot& shot, const std::vector<FootageFacts>& footage) {

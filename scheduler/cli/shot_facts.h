@@ -29,6 +29,9 @@ Shot read_checked_shot(const std::filesystem::path& folder);
 /// Probes the footage of every camera. Never throws for bad footage: that is in `error`.
 std::vector<FootageFacts> probe_shot(const Shot& shot);
 
+/// Throws Error(BadInput) for the first footage that cannot be used.
+void require_usable(const std::vector<FootageFacts>& footage);
+
 /// Rough: what the plan will hold and cost on one core, from the size of the footage. Empty stages are left out.
 std::vector<StageEstimate> estimate_plan(const Shot& shot, const std::vector<FootageFacts>& footage);
 

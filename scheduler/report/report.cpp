@@ -47,6 +47,16 @@ fs::path page_folder(const ReportInput& input) { return input.shot.folder / "out
 
 }  // namespace report
 
+std::vector<JobWarning> warnings_of(const ReportInput& input) {
+  std::vector<JobWarning> warnings;
+  for (const auto& job : input.jobs) {
+    const Json figures = report::figures_of(job.artifact);
+    if (!figures.contains("warnings")) continue;
+    for (const auto& sentence : figures.at("warnings")) warnings.push_back({job.name, sentence.get<std::string>()});
+  }
+  return warnings;
+}
+
 namespace {
 
 constexpr const char* kStyle = R"(

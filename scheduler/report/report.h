@@ -29,6 +29,12 @@ struct ReportInput {
   std::int64_t now_ms = 0;
 };
 
+/// A sentence that a finished job wants read.
+struct JobWarning {
+  std::string job, sentence;
+};
+std::vector<JobWarning> warnings_of(const ReportInput& input);
+
 /// One page, complete in itself but for the films and big pictures below SHOT/out, which it links to.
 /// An artifact that cannot be read leaves a sentence in its place: the report of a broken run matters most.
 std::string report_html(const ReportInput& input);

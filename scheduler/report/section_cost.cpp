@@ -63,18 +63,13 @@ std::string failures(const ReportInput& input) {
 }
 
 std::string warnings(const ReportInput& input) {
+  const auto all = warnings_of(input);
+  if (all.empty()) return {};
   std::string items;
-  std::size_t num_items = 0;
-  for (const auto& job : input.jobs) {
-    const Json figures = figures_of(job.artifact);
-    if (!figures.contains("warnings")) continue;
-    for (const auto& sentence : figures.at("warnings"))
-      if (++num_items <= kMaxListed)
-        items += fmt::format("<li><code>{}</code> <span class=\"warn\">{}</span></li>", html::escape(job.name),
-                             html::figure(sentence));
-  }
-  if (num_items == 0) return {};
-  if (num_items > kMaxListed) items += fmt::format("<li>and {} more</li>", num_items - kMaxListed);
+  for (std::size_t i = 0; i < std::min(all.size(), kMaxListed); ++i)
+    items += fmt::format("<li><code>{}</code> <span class=\"warn\">{}</span></li>", html::escape(all[i].job),
+                         html::escape(all[i].sentence));
+  if (all.size() > kMaxListed) items += fmt::format("<li>and {} more</li>", all.size() - kMaxListed);
   return "<ul>" + items + "</ul>";
 }
 
