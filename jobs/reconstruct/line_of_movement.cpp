@@ -183,7 +183,7 @@ bool well_conditioned(const LineOfMovement& line, std::span<const RayObservation
                       const LineOfMovementOptions& o) {
   const double unit = pixels_per_unit(line, rays[static_cast<std::size_t>(line.inliers.front())]);
   const double noise = o.noise_px * unit;
-  return noise * line.sigma_position <= o.max_sigma_position_px &&
+  return noise * line.sigma_position <= (line.moves ? o.max_sigma_position_px : o.max_sigma_static_px) &&
          noise * line.sigma_velocity * duration(rays) <= o.max_motion_sigma_px;
 }
 

@@ -43,6 +43,7 @@ struct LineOfMovementOptions {
   double max_error_px = 1.5;           ///< inlier threshold of RANSAC and of the final check
   double noise_px = 0.5;               ///< expected localisation noise, for the model choice
   double max_sigma_position_px = 2.1;  ///< 0.3 of a 7 px patch, in pixels at the point's depth
+  double max_sigma_static_px = 14;     ///< two patches: a still point's depth is refined by its look in all images
   double max_motion_sigma_px = 3.5;    ///< same for sigma_velocity * duration: 0.5 of a patch
   int num_samples = 48;
   int min_observations = 3;

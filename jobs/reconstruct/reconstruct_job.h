@@ -39,7 +39,7 @@ struct ReconstructJob {
   };
   static KindSpec spec() {
     return {.name = "reconstruct",
-            .version = 1,
+            .version = 2,
             .reads = "images of a group, poses, times",
             .publishes = "patches: position, normal, velocity, colour, visibility"};
   }
