@@ -25,7 +25,7 @@ set(vision "<(opencv2|ceres)/")
 forbid("^schema/" "^\"(jobs|scheduler|worker|web|tests)/" "schema includes nothing of ours")
 forbid("^schema/(base|shot|formats)/" "^(<(lcm/|sqlite3)|${vision})" "formats know no bus, database or vision library")
 forbid("^jobs/" "^(\"(scheduler|worker|web|tests|schema/messages)/|<(lcm/|sqlite3|httplib))" "jobs know no farm")
-forbid("^jobs/([a-z]+/[a-z]+_job|views/[a-z_]+|[a-z_]+)\\.(h|cpp)" "^(\"jobs/vision/|${vision})" "what the scheduler links is light")
+forbid("^jobs/([a-z]+/[a-z]+_job|(views|groups)/[a-z_]+|[a-z_]+)\\.(h|cpp)" "^(\"jobs/vision/|${vision})" "what the scheduler links is light")
 forbid("^scheduler/" "^(\"(worker|tests|jobs/vision)/|${vision})" "the scheduler meets the worker through schema only, and is light")
 forbid("^worker/" "^(\"(scheduler|tests)/|<sqlite3)" "the worker meets the scheduler through schema only")
 

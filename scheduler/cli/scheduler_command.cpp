@@ -18,6 +18,7 @@ constexpr auto kBeat = std::chrono::milliseconds(200);
 
 struct SchedulerOptions {
   std::string state_dir, listen = "127.0.0.1:8080", bus, bus_listen = "127.0.0.1";
+  int bus_port = 7700;
 };
 
 SchedulerOptions parse_options(const Arguments& arguments) {
@@ -29,6 +30,9 @@ SchedulerOptions parse_options(const Arguments& arguments) {
   app.add_option("--bus", options.bus,
                  "LCM URL that workers use, e.g. udpm://239.255.76.67:7667?ttl=1; left out: an own broker over TCP");
   app.add_option("--bus-listen", options.bus_listen, "address of the own broker")->capture_default_str();
+  app.add_option("--bus-port", options.bus_port, "its port, the same at every start, so that workers find it again")
+      ->check(CLI::Range(0, 65535))
+      ->capture_default_str();
   parse(app, arguments);
   return options;
 }
@@ -41,6 +45,7 @@ int scheduler_command(const Arguments& arguments) {
   FarmScheduler farm({.state_dir = options.state_dir,
                       .bus_url = options.bus,
                       .listen = options.bus_listen,
+                      .broker_port = options.bus_port,
                       .http_address = "",
                       .lease_ms = 15000});
   HttpServer server(options.listen, farm.state_dir(),

@@ -93,7 +93,7 @@ class FarmScheduler::Impl {
     for (const std::string state : {"running", "paused", "done", "failed"})
       for (const ShotRow& shot : store_.shots_in_state(state)) refresh(shot.id);
     if (options_.bus_url.empty()) {
-      broker_.emplace(Broker::Config{.host = options_.listen, .port = 0});
+      broker_.emplace(Broker::Config{.host = options_.listen, .port = static_cast<std::uint16_t>(options_.broker_port)});
       options_.bus_url = broker_->url();
     }
     endpoint_.emplace(LcmEndpoint::Config{.url = options_.bus_url,

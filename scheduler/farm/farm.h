@@ -34,6 +34,7 @@ class FarmScheduler {
     std::filesystem::path state_dir;   ///< farm.sqlite, farm.key, lock; `vantage run` uses SHOT/.vantage/farm
     std::string bus_url;               ///< LCM URL; empty: an own broker on a free port of 127.0.0.1
     std::string listen = "127.0.0.1";  ///< address of the own broker
+    int broker_port = 0;               ///< of the own broker; 0: any free one, workers elsewhere need a fixed one
     std::string http_address;          ///< what workers and people are told; may come later
     int lease_ms = 15000;
   };
