@@ -24,7 +24,7 @@ struct FuseJob {
   };
   static KindSpec spec() {
     return {.name = "fuse",
-            .version = 1,
+            .version = 2,
             .reads = "patches of all groups, calibration",
             .publishes = "one model, points per time, surface"};
   }

@@ -1,42 +1,18 @@
 #include "jobs/fuse/surface.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
 
 #include <Eigen/Geometry>
-#include <cerrno>
-#include <cstring>
 #include <fstream>
+#include <sstream>
 
 #include "schema/base/error.h"
 #include "schema/base/files.h"
-
-extern char** environ;
+#include "schema/base/program.h"
 
 namespace vantage {
 namespace fs = std::filesystem;
 namespace {
-
-/// Runs a program with its output in a file; returns waitpid's status.
-int run_program(std::vector<std::string> words, const fs::path& log) {
-  std::vector<char*> argv;
-  for (auto& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, 1, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-  posix_spawn_file_actions_adddup2(&actions, 1, 2);
-  pid_t child = 0;
-  const int error = posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) throw Error(ErrorKind::Transient, fmt::format("cannot start {}: {}", words[0], std::strerror(error)));
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0)
-    if (errno != EINTR) throw Error(ErrorKind::Transient, fmt::format("lost {}: {}", words[0], std::strerror(errno)));
-  return status;
-}
 
 /// Number of elements of a kind that a PLY's header announces; 0 when there is no such file or element.
 int ply_count(const fs::path& path, const std::string& element) {
@@ -45,6 +21,17 @@ int ply_count(const fs::path& path, const std::string& element) {
   for (std::string line; std::getline(in, line) && line != "end_header";)
     if (line.starts_with(prefix)) return std::stoi(line.substr(prefix.size()));
   return 0;
+}
+
+/// The mesher notes folders and timings in comments: without them equal input gives equal bytes.
+void copy_without_comments(const fs::path& mesh, const fs::path& out) {
+  const std::string data = read_file(mesh), end = "end_header\n";
+  const std::size_t body = data.find(end) + end.size();
+  std::istringstream header(data.substr(0, body));
+  std::string kept;
+  for (std::string line; std::getline(header, line);)
+    if (!line.starts_with("comment")) kept += line + "\n";
+  write_file_atomically(out, kept + data.substr(body));
 }
 
 template <class T>
@@ -68,11 +55,12 @@ int write_poisson_surface(const fs::path& points_ply, const fs::path& out, const
       run_program({"colmap", "poisson_mesher", "--input_path", points_ply.string(), "--output_path", mesh.string(),
                    "--PoissonMeshing.depth", std::to_string(options.depth), "--PoissonMeshing.trim",
                    std::to_string(options.trim), "--PoissonMeshing.num_threads", "1"},
-                  scratch / "poisson.log");
+                  {.stdout_file = {}, .stderr_file = scratch / "poisson.log"});
   // The exit code says little: a missing input ends with 0, a crash leaves half a file. What counts is the mesh.
-  const int vertices = WIFEXITED(status) ? ply_count(mesh, "vertex") : 0;
+  const bool crashed = status >= 128;
+  const int vertices = crashed ? 0 : ply_count(mesh, "vertex");
   if (vertices == 0 || ply_count(mesh, "face") == 0) return 0;
-  fs::copy_file(mesh, out, fs::copy_options::overwrite_existing);
+  copy_without_comments(mesh, out);
   return vertices;
 }
 

@@ -81,6 +81,8 @@ TEST(FuseRun, WritesModelPointsAndSurface) {
   EXPECT_NE(fixture.header("points/points_0.ply").find("element vertex 4000"), std::string::npos);
   EXPECT_GT(context.figures().at("surface_vertices").get<int>(), 200);
   EXPECT_NE(fixture.header("surface.ply").find("element face"), std::string::npos);
+  EXPECT_EQ(fixture.header("surface.ply").find("comment"), std::string::npos)
+      << "folders and timings would differ from run to run";
   EXPECT_TRUE(fs::exists(fixture.config.out_dir / "preview.jpg"));
 }
 
