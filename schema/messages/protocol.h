@@ -40,7 +40,7 @@ struct DoneAttempt {
 /// Worker to scheduler, on change (coalesced) and at least every second.
 struct WorkerReport {
   std::string worker_id;         ///< stable over restarts of the worker
-  std::int64_t incarnation = 0;  ///< random, new with every worker process
+  std::int64_t incarnation = 0;  ///< higher with every start of the worker
   std::int64_t seq = 0;          ///< rises within an incarnation
   std::string host, pool;
   std::int32_t slots = 0, cores = 0, ram_mb = 0, free_disk_mb = 0;
