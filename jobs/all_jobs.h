@@ -7,7 +7,7 @@
 #include "jobs/encode/encode_job.h"
 #include "jobs/fuse/fuse_job.h"
 #include "jobs/ingest/ingest_job.h"
-#include "jobs/job_kind.h"
+#include "jobs/kind_entry.h"
 #include "jobs/navspace/navspace_job.h"
 #include "jobs/reconstruct/reconstruct_job.h"
 #include "jobs/render/render_job.h"
@@ -22,18 +22,10 @@ struct JobList {};
 using AllJobs = JobList<IngestJob, CalibrateJob, TrackJob, SyncJob, AlignJob, NavspaceJob, CorrespondJob, DepthJob,
                         RenderJob, EncodeJob, ReconstructJob, FuseJob>;
 
-/// What the scheduler and the command line know of a kind.
-struct KindEntry {
-  KindSpec spec;
-  std::function<std::vector<WorkUnit>(const ShotState&)> split;
-  std::function<void(const Shot&)> check;  ///< throws Error(BadInput) for bad options of this kind
-  std::function<std::vector<ParamDoc>()> params;
-};
-
 const std::vector<KindEntry>& all_kinds();
 /// nullptr when there is no such kind.
 const KindEntry* find_kind(const std::string& name);
 /// Names in the order of the pipeline: tables that may stand in shot.toml.
-std::vector<std::string> kind_names();
+std::vector<std::string> kind_names(const std::vector<KindEntry>& kinds = all_kinds());
 
 }  // namespace vantage

@@ -1,67 +1,9 @@
-#include <fmt/format.h>
-
-#include <chrono>
-#include <future>
-#include <thread>
-
-#include "scheduler/api/http_server.h"
+#include "jobs/all_jobs.h"
 #include "scheduler/cli/commands.h"
-#include "scheduler/cli/parse.h"
-#include "scheduler/cli/report_keeper.h"
-#include "scheduler/cli/stop_signal.h"
-#include "scheduler/farm/farm.h"
+#include "scheduler/cli/serve_farm.h"
 
 namespace vantage {
-namespace {
 
-constexpr auto kBeat = std::chrono::milliseconds(200);
-
-struct SchedulerOptions {
-  std::string state_dir, listen = "127.0.0.1:8080", bus, bus_listen = "127.0.0.1";
-  int bus_port = 7700;
-};
-
-SchedulerOptions parse_options(const Arguments& arguments) {
-  CLI::App app{"Serves a farm until it is stopped. Killed at any moment, it goes on where it was when started again.",
-               "vantage scheduler"};
-  SchedulerOptions options;
-  app.add_option("--state", options.state_dir, "folder of the farm's database and key")->required();
-  app.add_option("--listen", options.listen, "address of page and API")->capture_default_str();
-  app.add_option("--bus", options.bus,
-                 "LCM URL that workers use, e.g. udpm://239.255.76.67:7667?ttl=1; left out: an own broker over TCP");
-  app.add_option("--bus-listen", options.bus_listen, "address of the own broker")->capture_default_str();
-  app.add_option("--bus-port", options.bus_port, "its port, the same at every start, so that workers find it again")
-      ->check(CLI::Range(0, 65535))
-      ->capture_default_str();
-  parse(app, arguments);
-  return options;
-}
-
-}  // namespace
-
-int scheduler_command(const Arguments& arguments) {
-  const SchedulerOptions options = parse_options(arguments);
-  note_stop_signals();
-  FarmScheduler farm({.state_dir = options.state_dir,
-                      .bus_url = options.bus,
-                      .listen = options.bus_listen,
-                      .broker_port = options.bus_port,
-                      .http_address = "",
-                      .lease_ms = 15000});
-  HttpServer server(options.listen, farm.state_dir(),
-                    {.submit = [&](SubmitRequest r) { return farm.submit(std::move(r)).get(); },
-                     .command = [&](Command c) { return farm.command(std::move(c)).get(); }});
-  farm.set_http_address(server.url());
-  fmt::print("Page and API: {}\nWorkers: vantage-worker --bus '{}' --farm-key '{}' --state FOLDER --slots N\n",
-             server.url(), farm.bus_url(), farm.key_file().string());
-  std::fflush(stdout);
-  ReportKeeper reports(farm.state_dir(), system_clock());
-  while (!stop_was_asked()) {
-    for (const auto& sentence : reports.keep(farm.all_progress())) fmt::print(stderr, "vantage: {}\n", sentence);
-    std::this_thread::sleep_for(kBeat);
-  }
-  fmt::print("Stopped. Work goes on when the scheduler is started again.\n");
-  return kExitOk;
-}
+int scheduler_command(const Arguments& arguments) { return serve_farm(parse_serve_options(arguments), all_kinds()); }
 
 }  // namespace vantage

@@ -85,7 +85,7 @@ class FarmScheduler::Impl {
         identity_(read_or_create_farm_key(state_dir_ / "farm.key")),
         clock_(system_clock()),
         store_(state_dir_ / "farm.sqlite", clock_),
-        planner_(store_, all_kinds()),
+        planner_(store_, *options_.kinds),
         dispatcher_(store_, planner_, {.farm_id = identity_.id, .lease_ms = options_.lease_ms, .random = random_bits}) {
     store_.begin();
     dispatcher_.recover(clock_.monotonic_ms());
@@ -93,7 +93,8 @@ class FarmScheduler::Impl {
     for (const std::string state : {"running", "paused", "done", "failed"})
       for (const ShotRow& shot : store_.shots_in_state(state)) refresh(shot.id);
     if (options_.bus_url.empty()) {
-      broker_.emplace(Broker::Config{.host = options_.listen, .port = static_cast<std::uint16_t>(options_.broker_port)});
+      broker_.emplace(
+          Broker::Config{.host = options_.listen, .port = static_cast<std::uint16_t>(options_.broker_port)});
       options_.bus_url = broker_->url();
     }
     endpoint_.emplace(LcmEndpoint::Config{.url = options_.bus_url,
@@ -283,7 +284,7 @@ class FarmScheduler::Impl {
   }
 
   void refresh(ShotId shot) {
-    auto fresh = read_progress(store_.db(), shot, kind_names());
+    auto fresh = read_progress(store_.db(), shot, kind_names(*options_.kinds));
     if (!fresh) return;
     fresh->num_workers = dispatcher_.num_live_workers();
     std::vector<std::function<void(const ShotProgress&)>> listeners;

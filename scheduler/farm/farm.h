@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "jobs/all_jobs.h"
 #include "scheduler/dispatch/command.h"
 #include "scheduler/farm/progress.h"
 #include "schema/base/ids.h"
@@ -37,6 +38,7 @@ class FarmScheduler {
     int broker_port = 0;               ///< of the own broker; 0: any free one, workers elsewhere need a fixed one
     std::string http_address;          ///< what workers and people are told; may come later
     int lease_ms = 15000;
+    const std::vector<KindEntry>* kinds = &all_kinds();  ///< that shots are planned with; outlives the scheduler
   };
 
   /// Takes the folder's lock, mends and opens the database, starts the thread. Throws Error(BadInput) when another

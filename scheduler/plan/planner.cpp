@@ -13,12 +13,6 @@ namespace vantage {
 namespace fs = std::filesystem;
 namespace {
 
-std::vector<std::string> names_of(const std::vector<KindEntry>& kinds) {
-  std::vector<std::string> names;
-  for (const auto& kind : kinds) names.emplace_back(kind.spec.name);
-  return names;
-}
-
 void check_kind_name(const std::vector<std::string>& names, const std::string& until_kind) {
   if (until_kind.empty() || std::find(names.begin(), names.end(), until_kind) != names.end()) return;
   throw Error(ErrorKind::BadInput, fmt::format("{}: there is no such stage{}; there are {}", until_kind,
@@ -40,7 +34,7 @@ std::string links_text(const WorkUnit& unit) {
 }  // namespace
 
 Planner::Submitted Planner::submit(const fs::path& folder, const std::string& until_kind, int priority) {
-  const std::vector<std::string> names = names_of(kinds_);
+  const std::vector<std::string> names = kind_names(kinds_);
   check_kind_name(names, until_kind);
   Plan plan{.shot = read_shot(folder, names), .until_kind = until_kind};
   for (const auto& kind : kinds_) kind.check(plan.shot);
@@ -76,7 +70,7 @@ void Planner::resume() {
 
 Planner::Plan Planner::read_plan(const ShotRow& row) {
   Plan plan{
-      .shot = read_shot(row.folder, names_of(kinds_)), .until_kind = row.until_kind, .generation = row.generation};
+      .shot = read_shot(row.folder, kind_names(kinds_)), .until_kind = row.until_kind, .generation = row.generation};
   for (const auto& kind : kinds_) kind.check(plan.shot);
   return plan;
 }

@@ -1,0 +1,66 @@
+#include "scheduler/cli/serve_farm.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <future>
+#include <thread>
+
+#include "scheduler/api/http_server.h"
+#include "scheduler/cli/parse.h"
+#include "scheduler/cli/report_keeper.h"
+#include "scheduler/cli/stop_signal.h"
+#include "scheduler/farm/farm.h"
+
+namespace vantage {
+namespace {
+
+constexpr auto kBeat = std::chrono::milliseconds(200);
+
+}  // namespace
+
+ServeOptions parse_serve_options(const Arguments& arguments) {
+  CLI::App app{"Serves a farm until it is stopped. Killed at any moment, it goes on where it was when started again.",
+               "vantage scheduler"};
+  ServeOptions options;
+  app.add_option("--state", options.state_dir, "folder of the farm's database and key")->required();
+  app.add_option("--listen", options.listen, "address of page and API")->capture_default_str();
+  app.add_option("--bus", options.bus,
+                 "LCM URL that workers use, e.g. udpm://239.255.76.67:7667?ttl=1; left out: an own broker over TCP");
+  app.add_option("--bus-listen", options.bus_listen, "address of the own broker")->capture_default_str();
+  app.add_option("--bus-port", options.bus_port, "its port, the same at every start, so that workers find it again")
+      ->check(CLI::Range(0, 65535))
+      ->capture_default_str();
+  app.add_option("--lease-ms", options.lease_ms, "a worker that is not heard of for so long has lost its jobs")
+      ->check(CLI::Range(100, 3'600'000))
+      ->capture_default_str();
+  parse(app, arguments);
+  return options;
+}
+
+int serve_farm(const ServeOptions& options, const std::vector<KindEntry>& kinds) {
+  note_stop_signals();
+  FarmScheduler farm({.state_dir = options.state_dir,
+                      .bus_url = options.bus,
+                      .listen = options.bus_listen,
+                      .broker_port = options.bus_port,
+                      .http_address = "",
+                      .lease_ms = options.lease_ms,
+                      .kinds = &kinds});
+  HttpServer server(options.listen, farm.state_dir(),
+                    {.submit = [&](SubmitRequest r) { return farm.submit(std::move(r)).get(); },
+                     .command = [&](Command c) { return farm.command(std::move(c)).get(); }});
+  farm.set_http_address(server.url());
+  fmt::print("Page and API: {}\nWorkers: vantage-worker --bus '{}' --farm-key '{}' --state FOLDER --slots N\n",
+             server.url(), farm.bus_url(), farm.key_file().string());
+  std::fflush(stdout);
+  ReportKeeper reports(farm.state_dir(), system_clock());
+  while (!stop_was_asked()) {
+    for (const auto& sentence : reports.keep(farm.all_progress())) fmt::print(stderr, "vantage: {}\n", sentence);
+    std::this_thread::sleep_for(kBeat);
+  }
+  fmt::print("Stopped. Work goes on when the scheduler is started again.\n");
+  return kExitOk;
+}
+
+}  // namespace vantage
