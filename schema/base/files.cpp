@@ -28,8 +28,8 @@ fs::path temporary_beside(const fs::path& path) {
   return path.string() + fmt::format(".tmp.{}.{}", getpid(), counter++);
 }
 
-void write_and_sync(const fs::path& path, std::string_view bytes) {
-  const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+void write_and_sync(const fs::path& path, std::string_view bytes, unsigned mode) {
+  const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, mode);
   if (fd < 0) fail(path, "create");
   for (std::size_t done = 0; done < bytes.size();) {
     const ssize_t n = write(fd, bytes.data() + done, bytes.size() - done);
@@ -61,9 +61,9 @@ std::string read_file(const fs::path& path) {
   return std::move(text).str();
 }
 
-void write_file_atomically(const fs::path& path, std::string_view bytes) {
+void write_file_atomically(const fs::path& path, std::string_view bytes, unsigned mode) {
   const fs::path temporary = temporary_beside(path);
-  write_and_sync(temporary, bytes);
+  write_and_sync(temporary, bytes, mode);
   if (rename(temporary.c_str(), path.c_str()) != 0) {
     const int saved = errno;
     unlink(temporary.c_str());

@@ -9,8 +9,9 @@ namespace vantage {
 std::string read_file(const std::filesystem::path& path);
 
 /// Writes beside the file, fsyncs, renames into place, fsyncs the folder: readers see the old or the new text whole.
+/// mode: of the new file, less the umask; 0600 for what holds a secret.
 /// Throws Error(Resource) when the disk is full, Error(Transient) otherwise.
-void write_file_atomically(const std::filesystem::path& path, std::string_view bytes);
+void write_file_atomically(const std::filesystem::path& path, std::string_view bytes, unsigned mode = 0644);
 
 /// fsync of one file or folder.
 void fsync_path(const std::filesystem::path& path);

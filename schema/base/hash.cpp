@@ -34,12 +34,14 @@ std::string hash_file(const std::filesystem::path& path) {
 
 std::string hash_bytes(std::string_view bytes) { return hex128(XXH3_128bits(bytes.data(), bytes.size())); }
 
-std::string sha256_key(std::string_view text) {
+std::string sha256_hex(std::string_view text) {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
   unsigned int size = 0;
   check(EVP_Digest(text.data(), text.size(), digest.data(), &size, EVP_sha256(), nullptr) == 1, "SHA-256 is available");
-  return to_hex({reinterpret_cast<const char*>(digest.data()), 16});
+  return to_hex({reinterpret_cast<const char*>(digest.data()), size});
 }
+
+std::string sha256_key(std::string_view text) { return sha256_hex(text).substr(0, 32); }
 
 std::string hmac_sha256_128(std::string_view key, std::string_view message) {
   std::array<unsigned char, EVP_MAX_MD_SIZE> mac{};

@@ -10,6 +10,8 @@ namespace vantage {
 std::string hash_file(const std::filesystem::path& path);
 /// XXH3-128 of bytes in memory, 32 hex digits.
 std::string hash_bytes(std::string_view bytes);
+/// SHA-256 of bytes in memory, 64 hex digits.
+std::string sha256_hex(std::string_view text);
 /// First 32 hex digits of SHA-256: job keys, where a collision would serve a wrong result.
 std::string sha256_key(std::string_view text);
 /// HMAC-SHA256 cut to 16 bytes, as raw bytes.

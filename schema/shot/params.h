@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <concepts>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -23,11 +24,11 @@ struct Range {
   double min;
   double max;
 };
-/// The words an option may be.
+/// The words an option, or each item of a list, may be.
 struct OneOf {
   std::vector<std::string> words;
 };
-/// Any text, any bool.
+/// Any text, any list of texts, any bool.
 struct Any {};
 
 /// What --help and the page show of an option.
@@ -50,6 +51,8 @@ bool fits(const Json& v) {
     return v.is_number_integer();
   else if constexpr (std::floating_point<T>)
     return v.is_number();
+  else if constexpr (std::same_as<T, std::vector<std::string>>)
+    return v.is_array() && std::all_of(v.begin(), v.end(), [](const Json& item) { return item.is_string(); });
   else
     return v.is_string();
 }
@@ -61,16 +64,21 @@ const char* type_name() {
     return "a whole number";
   else if constexpr (std::floating_point<T>)
     return "a number";
+  else if constexpr (std::same_as<T, std::vector<std::string>>)
+    return "a list of texts";
   else
     return "text";
 }
 
 inline bool allowed(const Json& v, const Range& r) { return v.get<double>() >= r.min && v.get<double>() <= r.max; }
-inline bool allowed(const Json& v, const OneOf& o) {
-  for (const auto& w : o.words)
-    if (v.get<std::string>() == w) return true;
-  return false;
+/// The first word that is none of them, of one text or a list.
+inline std::optional<std::string> odd_word(const Json& v, const OneOf& o) {
+  const Json list = v.is_array() ? v : Json::array({v});
+  for (const auto& word : list.get<std::vector<std::string>>())
+    if (std::find(o.words.begin(), o.words.end(), word) == o.words.end()) return word;
+  return std::nullopt;
 }
+inline bool allowed(const Json& v, const OneOf& o) { return !odd_word(v, o); }
 inline bool allowed(const Json&, const Any&) { return true; }
 
 /// where: "shot.toml:12: [depth] max_error_px".
@@ -80,7 +88,7 @@ void assign(T& member, const Json& v, const Limits& limits, const std::string& w
     throw Error(ErrorKind::BadInput, fmt::format("{}: is {}, expected {}", where, v.dump(), type_name<T>()));
   if (!allowed(v, limits)) {
     std::string hint;
-    if constexpr (std::same_as<Limits, OneOf>) hint = did_you_mean(v.get<std::string>(), limits.words);
+    if constexpr (std::same_as<Limits, OneOf>) hint = did_you_mean(*odd_word(v, limits), limits.words);
     throw Error(ErrorKind::BadInput, fmt::format("{}: is {}, expected {}{}", where, v.dump(), describe(limits), hint));
   }
   member = v.get<T>();

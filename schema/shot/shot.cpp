@@ -1,7 +1,6 @@
 #include "schema/shot/shot.h"
 
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <regex>
@@ -9,6 +8,7 @@
 
 #include "schema/base/did_you_mean.h"
 #include "schema/base/error.h"
+#include "schema/shot/toml_section.h"
 
 namespace vantage {
 namespace fs = std::filesystem;
@@ -37,26 +37,6 @@ const ShotCamera& Shot::camera(const std::string& camera_name) const {
 
 namespace {
 
-int line_of(const toml::node& node) { return static_cast<int>(node.source().begin.line); }
-
-Json to_json(const toml::node& node) {
-  if (const auto* v = node.as_boolean()) return v->get();
-  if (const auto* v = node.as_integer()) return v->get();
-  if (const auto* v = node.as_floating_point()) return v->get();
-  if (const auto* v = node.as_string()) return v->get();
-  if (const auto* array = node.as_array()) {
-    Json out = Json::array();
-    for (const auto& item : *array) out.push_back(to_json(item));
-    return out;
-  }
-  if (const auto* table = node.as_table()) {
-    Json out = Json::object();
-    for (const auto& [key, item] : *table) out[std::string(key.str())] = to_json(item);
-    return out;
-  }
-  return nullptr;
-}
-
 class Reader {
  public:
   Reader(fs::path folder, const std::vector<std::string>& section_names)
@@ -82,12 +62,7 @@ class Reader {
       throw Error(ErrorKind::BadInput, fmt::format("{}: no such shot folder", folder_.string()));
     if (!fs::is_regular_file(file_))
       throw Error(ErrorKind::BadInput, fmt::format("{}: not found; 'vantage init' writes one from footage", file_));
-    try {
-      return toml::parse_file(file_);
-    } catch (const toml::parse_error& e) {
-      throw Error(ErrorKind::BadInput, fmt::format("{}:{}:{}: TOML error: {}", file_, e.source().begin.line,
-                                                   e.source().begin.column, e.description()));
-    }
+    return parse_toml(file_);
   }
 
   void read_top_level(const std::string& key, const toml::node& node) {
@@ -98,7 +73,7 @@ class Reader {
       for (const char* word : {"shot", "camera", "render"}) known.emplace_back(word);
       fail(line_of(node), fmt::format("unknown table [{}]{}", key, did_you_mean(key, known)));
     }
-    shot_.sections[key] = flat_section(table_of(node, key), key);
+    shot_.sections[key] = flat_section(table_of(node, key), file_, key);
   }
 
   const toml::table& table_of(const toml::node& node, const std::string& key) const {
@@ -106,14 +81,8 @@ class Reader {
     fail(line_of(node), fmt::format("'{}' must be a table: [{}]", key, key));
   }
 
-  Section flat_section(const toml::table& table, const std::string& name) const {
-    Section s{.file = file_, .name = name, .line = std::max(1, line_of(table)), .values = {}};
-    for (const auto& [key, node] : table) s.values[std::string(key.str())] = {to_json(node), line_of(node)};
-    return s;
-  }
-
   void read_shot_table(const toml::table& table) {
-    Section s = flat_section(table, "shot");
+    Section s = flat_section(table, file_, "shot");
     shot_.name = take<std::string>(s, "name", shot_.name);
     reject_rest(s, std::vector<std::string>{"name"});
   }
@@ -167,7 +136,7 @@ class Reader {
   }
 
   void read_camera(const toml::table& table) {
-    Section s = flat_section(table, "camera");
+    Section s = flat_section(table, file_, "camera");
     ShotCamera c;
     c.line = s.line;
     c.name = take<std::string>(s, "name", "");
@@ -186,7 +155,7 @@ class Reader {
   }
 
   void read_render(const toml::table& table) {
-    Section s = flat_section(table, "render");
+    Section s = flat_section(table, file_, "render");
     RenderRequest r;
     r.line = s.line;
     r.name = take<std::string>(s, "name", fmt::format("render{}", shot_.renders.size()));
