@@ -1,17 +1,9 @@
 #include "jobs/all_jobs.h"
 
 namespace vantage {
-namespace {
-
-template <class... Jobs>
-std::vector<KindEntry> entries_of(JobList<Jobs...>) {
-  return {kind_entry_of<Jobs>()...};
-}
-
-}  // namespace
 
 const std::vector<KindEntry>& all_kinds() {
-  static const std::vector<KindEntry> kinds = entries_of(AllJobs{});
+  static const std::vector<KindEntry> kinds = kind_entries_of(AllJobs{});
   return kinds;
 }
 

@@ -16,9 +16,6 @@
 
 namespace vantage {
 
-template <class... Jobs>
-struct JobList {};
-
 using AllJobs = JobList<IngestJob, CalibrateJob, TrackJob, SyncJob, AlignJob, NavspaceJob, CorrespondJob, DepthJob,
                         RenderJob, EncodeJob, ReconstructJob, FuseJob>;
 

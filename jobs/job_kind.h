@@ -19,7 +19,8 @@ struct KindSpec {
   std::string_view name;
   int version;
   std::string_view reads;
-  std::string_view publishes;
+  std::string_view publishes;  ///< empty: no artifact at all, a report of its end is all there is
+  bool in_worker = false;      ///< runs inside the worker's own process: only what is done at once and cannot fail
 };
 
 /// What an attempt may use.

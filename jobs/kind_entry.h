@@ -7,6 +7,9 @@
 
 namespace vantage {
 
+template <class... Jobs>
+struct JobList {};
+
 /// What the scheduler and the command line know of a kind.
 struct KindEntry {
   KindSpec spec;
@@ -34,6 +37,11 @@ KindEntry kind_entry_of() {
                 if constexpr (ChecksShot<Job>) Job::check(shot);
               },
           .params = [] { return describe_params<Params>(); }};
+}
+
+template <class... Jobs>
+std::vector<KindEntry> kind_entries_of(JobList<Jobs...>) {
+  return {kind_entry_of<Jobs>()...};
 }
 
 }  // namespace vantage

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "jobs/all_jobs.h"
+#include "jobs/probe/probe_kinds.h"
 #include "schema/base/did_you_mean.h"
 #include "schema/base/error.h"
 
@@ -16,15 +17,15 @@ RunEntry entry_of() {
           }};
 }
 
-template <class... Jobs>
-std::vector<RunEntry> entries_of(JobList<Jobs...>) {
-  return {entry_of<Jobs>()...};
+template <class... Jobs, class... Probes>
+std::vector<RunEntry> entries_of(JobList<Jobs...>, JobList<Probes...>) {
+  return {entry_of<Jobs>()..., entry_of<Probes>()...};
 }
 
 }  // namespace
 
 const std::vector<RunEntry>& run_table() {
-  static const std::vector<RunEntry> table = entries_of(AllJobs{});
+  static const std::vector<RunEntry> table = entries_of(AllJobs{}, ProbeJobs{});
   return table;
 }
 

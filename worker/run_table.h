@@ -7,7 +7,7 @@
 
 namespace vantage {
 
-/// What this worker can do: one entry per kind of the one list in jobs/all_jobs.h.
+/// What this worker can do: the kinds of jobs/all_jobs.h and of jobs/probe/probe_kinds.h.
 struct RunEntry {
   KindSpec spec;
   RunFunction run;

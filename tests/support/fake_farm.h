@@ -238,7 +238,7 @@ class FakeFarm {
 
  private:
   static KindEntry kind(std::string_view name, std::function<std::vector<WorkUnit>(const ShotState&)> split) {
-    return {.spec = {.name = name, .version = 1, .reads = "", .publishes = ""},
+    return {.spec = {.name = name, .version = 1, .reads = "", .publishes = "out.json"},
             .split = std::move(split),
             .check = [](const Shot&) {},
             .params = [] { return std::vector<ParamDoc>{}; }};
