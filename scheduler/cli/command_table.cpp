@@ -50,6 +50,7 @@ const std::vector<CliCommand>& all_commands() {
       {"init", "write SHOT/shot.toml from footage", init_command},
       {"check", "validate a shot and its footage, show the plan; change nothing", check_command},
       {"run", "run a shot on this machine; safe to interrupt and run again", run_shot_command},
+      {"farm", "make a farm's folder, give out tokens", farm_command},
       {"scheduler", "serve a farm: scheduler, page and API", scheduler_command},
       {"submit", "give a shot to a scheduler", submit_command},
       {"status", "how far a shot is", status_command},

@@ -6,6 +6,7 @@ namespace vantage {
 int init_command(const Arguments& arguments);
 int check_command(const Arguments& arguments);
 int run_shot_command(const Arguments& arguments);
+int farm_command(const Arguments& arguments);
 int scheduler_command(const Arguments& arguments);
 int submit_command(const Arguments& arguments);
 int status_command(const Arguments& arguments);

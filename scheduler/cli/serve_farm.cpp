@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <functional>
 #include <future>
 #include <thread>
 
@@ -11,6 +12,7 @@
 #include "scheduler/cli/report_keeper.h"
 #include "scheduler/cli/stop_signal.h"
 #include "scheduler/farm/farm.h"
+#include "scheduler/farm/farm_config.h"
 
 namespace vantage {
 namespace {
@@ -23,18 +25,31 @@ ServeOptions parse_serve_options(const Arguments& arguments) {
   CLI::App app{"Serves a farm until it is stopped. Killed at any moment, it goes on where it was when started again.",
                "vantage scheduler"};
   ServeOptions options;
-  app.add_option("--state", options.state_dir, "folder of the farm's database and key")->required();
-  app.add_option("--listen", options.listen, "address of page and API")->capture_default_str();
-  app.add_option("--bus", options.bus,
-                 "LCM URL that workers use, e.g. udpm://239.255.76.67:7667?ttl=1; left out: an own broker over TCP");
-  app.add_option("--bus-listen", options.bus_listen, "address of the own broker")->capture_default_str();
-  app.add_option("--bus-port", options.bus_port, "its port, the same at every start, so that workers find it again")
-      ->check(CLI::Range(0, 65535))
-      ->capture_default_str();
-  app.add_option("--lease-ms", options.lease_ms, "a worker that is not heard of for so long has lost its jobs")
-      ->check(CLI::Range(100, 3'600'000))
-      ->capture_default_str();
+  app.add_option("--state", options.state_dir, "folder of the farm's database, key and farm.toml")->required();
+  std::vector<std::function<void(const FarmConfig&)>> from_file;
+  const auto add = [&](const char* name, auto& value, const char* meaning, auto take) {
+    CLI::Option* option = app.add_option(name, value, meaning)->capture_default_str();
+    from_file.emplace_back([option, &value, take](const FarmConfig& config) {
+      if (option->count() == 0) value = take(config.server);
+    });
+    return option;
+  };
+  using Server = FarmConfig::Server;
+  add("--listen", options.listen, "address of page and API", [](const Server& s) { return s.listen; });
+  add("--bus", options.bus,
+      "LCM URL that workers use, e.g. udpm://239.255.76.67:7667?ttl=1; left out: an own broker over TCP",
+      [](const Server& s) { return s.bus; });
+  add("--bus-listen", options.bus_listen, "address of the own broker", [](const Server& s) { return s.bus_listen; });
+  add("--bus-port", options.bus_port, "its port, the same at every start, so that workers find it again",
+      [](const Server& s) { return s.bus_port; })
+      ->check(CLI::Range(0, 65535));
+  add("--lease-ms", options.lease_ms, "a worker that is not heard of for so long has lost its jobs",
+      [](const Server& s) { return s.lease_s * 1000; })
+      ->check(CLI::Range(100, 3'600'000));
+  app.footer("What is not given is taken from STATE/farm.toml, which 'vantage farm init' writes.");
   parse(app, arguments);
+  const FarmConfig config = read_farm_config(options.state_dir);
+  for (const auto& take : from_file) take(config);
   return options;
 }
 

@@ -8,6 +8,7 @@
 #include "schema/base/did_you_mean.h"
 #include "schema/base/error.h"
 #include "schema/base/files.h"
+#include "schema/base/hash.h"
 #include "schema/shot/toml_section.h"
 
 namespace vantage {
@@ -149,7 +150,13 @@ FarmConfig read_farm_config(const fs::path& state_dir) {
   return fs::exists(file) ? Reader(file).read() : FarmConfig{};
 }
 
-std::string new_farm_config_text(const FarmConfig::Server& server) {
+NewToken new_token(const std::string& name, const std::string& role) {
+  const std::string text = "vantage_" + to_hex(random_bytes(24));
+  return {.text = text, .entry = {.name = name, .role = role, .sha256 = sha256_hex(text)}};
+}
+
+void write_farm_config(const fs::path& state_dir, const FarmConfig::Server& server,
+                       const std::vector<FarmConfig::Token>& tokens) {
   std::string out = "# How this farm is set up. Read at the start of the scheduler; its options win over this file.\n";
   write_table(out, "farm", server);
   write_table(out, "snapshots", FarmConfig::Snapshots{});
@@ -161,7 +168,8 @@ std::string new_farm_config_text(const FarmConfig::Server& server) {
       "# or: webhook = \"https://chat.example/hook\"\n"
       "\n# Who may ask the API: 'vantage farm token add' and 'remove' write here.\n",
       fmt::join(notify_events(), ", "));
-  return out;
+  for (const auto& token : tokens) out += token_text(token);
+  replace_config(state_dir, out);
 }
 
 void add_token(const fs::path& state_dir, const FarmConfig::Token& token) {

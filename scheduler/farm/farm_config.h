@@ -100,8 +100,17 @@ std::filesystem::path farm_config_file(const std::filesystem::path& state_dir);
 /// range, tokens or hooks with the same name, a hook with neither or both of command and webhook.
 FarmConfig read_farm_config(const std::filesystem::path& state_dir);
 
-/// Text of a farm.toml with these server settings, all defaults and what each means.
-std::string new_farm_config_text(const FarmConfig::Server& server);
+/// A secret that was just made, and what farm.toml keeps of it.
+struct NewToken {
+  std::string text;
+  FarmConfig::Token entry;
+};
+NewToken new_token(const std::string& name, const std::string& role);
+
+/// Writes a new farm.toml, readable by its owner only: these server settings and tokens, all other defaults, and what
+/// each setting means.
+void write_farm_config(const std::filesystem::path& state_dir, const FarmConfig::Server& server,
+                       const std::vector<FarmConfig::Token>& tokens);
 
 /// A [[token]] at the end of the file, which is made when missing. Throws Error(BadInput) when the name is taken.
 void add_token(const std::filesystem::path& state_dir, const FarmConfig::Token& token);

@@ -1,37 +1,14 @@
 // The real program with real arguments: exit codes and the one line that says what is wrong.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-
-#include <cstdio>
 
 #include "schema/base/files.h"
 #include "schema/base/json.h"
 #include "tests/scheduler/api/small_farm.h"
+#include "tests/scheduler/cli/vantage_program.h"
 
 namespace vantage {
 namespace {
 namespace fs = std::filesystem;
-
-struct Ended {
-  int exit_code = -1;
-  std::string output;  ///< stdout and stderr
-};
-
-Ended vantage(const std::string& arguments) {
-  FILE* pipe = popen((std::string(VANTAGE_BIN) + "/vantage " + arguments + " 2>&1").c_str(), "r");
-  Ended ended;
-  char buffer[4096];
-  for (std::size_t n = 0; (n = fread(buffer, 1, sizeof buffer, pipe)) > 0;) ended.output.append(buffer, n);
-  ended.exit_code = WEXITSTATUS(pclose(pipe));
-  return ended;
-}
-
-void expect_misuse(const Ended& ended, const std::string& part) {
-  EXPECT_EQ(ended.exit_code, 2) << ended.output;
-  EXPECT_EQ(ended.output.rfind("vantage: ", 0), 0u) << ended.output;
-  EXPECT_NE(ended.output.find(part), std::string::npos) << ended.output;
-  EXPECT_EQ(std::count(ended.output.begin(), ended.output.end(), '\n'), 1) << ended.output;
-}
 
 class CommandLine : public testing::Test {
  protected:

@@ -79,8 +79,11 @@ TEST_F(FarmConfigFile, ErrorsSayFileLineAndWhatWasExpected) {
 TEST_F(FarmConfigFile, WhatInitWritesIsReadAsTheDefaults) {
   FarmConfig::Server server;
   server.listen = "0.0.0.0:8080";
-  const FarmConfig config = read(new_farm_config_text(server));
+  write_farm_config(folder_.path(), server, {new_token("ann", "operate").entry});
+  const FarmConfig config = read_farm_config(folder_.path());
   EXPECT_EQ(config.server.listen, "0.0.0.0:8080");
+  ASSERT_EQ(config.tokens.size(), 1U);
+  EXPECT_TRUE(config.tokens[0].may_operate());
   EXPECT_EQ(params_to_json(config.snapshots), params_to_json(FarmConfig::Snapshots{}));
   EXPECT_EQ(params_to_json(config.logs), params_to_json(FarmConfig::Logs{}));
 }
