@@ -14,13 +14,15 @@
 
 namespace vantage {
 
-/// name: folder, shot.toml table and store folder. version goes up when outputs change.
+/// name: folder, shot.toml table and store folder. version goes up when outputs change. programs: what must be on PATH,
+/// with blanks between; a worker that lacks one does not offer the kind.
 struct KindSpec {
   std::string_view name;
   int version;
   std::string_view reads;
   std::string_view publishes;  ///< empty: no artifact at all, a report of its end is all there is
   bool in_worker = false;      ///< runs inside the worker's own process: only what is done at once and cannot fail
+  std::string_view programs = {};
 };
 
 /// What an attempt may use.

@@ -234,7 +234,7 @@ void Agent::remember_finished(const AttemptRef& ref) {
   if (recently_finished_.size() > kMaxRecentlyFinished) recently_finished_.pop_front();
 }
 
-WorkerReport Agent::report(std::int32_t free_disk_mb) {
+WorkerReport Agent::report(const MachineState& machine) {
   WorkerReport r;
   r.worker_id = config_.worker_id;
   r.incarnation = config_.incarnation;
@@ -244,7 +244,13 @@ WorkerReport Agent::report(std::int32_t free_disk_mb) {
   r.slots = config_.slots;
   r.cores = config_.cores;
   r.ram_mb = config_.ram_mb;
-  r.free_disk_mb = free_disk_mb;
+  r.free_disk_mb = machine.free_disk_mb;
+  r.wall_ms = machine.wall_ms;
+  r.num_dropped = machine.num_dropped;
+  r.trouble = machine.trouble;
+  r.tags = config_.tags;
+  r.kinds = config_.kinds;
+  r.build = config_.build;
   r.draining = drain_ordered_ || drain_requested_;
   r.epoch_seen = epoch_seen_;
   r.orders_seq_seen = orders_seq_seen_;

@@ -15,6 +15,16 @@ struct AgentConfig {
   std::int64_t incarnation = 0;
   std::string host, pool;
   std::int32_t slots = 1, cores = 1, ram_mb = 0;
+  std::vector<std::string> tags = {}, kinds = {};
+  std::string build = {};
+};
+
+/// What the edge sees of the machine when a report goes out.
+struct MachineState {
+  std::int32_t free_disk_mb = 0;
+  std::int64_t wall_ms = 0;
+  std::int64_t num_dropped = 0;  ///< messages
+  std::string trouble = {};      ///< why no work can be done now; "" = none
 };
 
 /// How a child ended, as the edge saw it.
@@ -60,7 +70,7 @@ class Agent {
   /// Stop everything now.
   Actions on_quit_request(std::int64_t now_ms);
 
-  WorkerReport report(std::int32_t free_disk_mb);
+  WorkerReport report(const MachineState& machine);
   const std::vector<DoneAttempt>& done_unacked() const { return done_unacked_; }
   bool has_running() const { return !running_.empty(); }
   bool has_seen_orders() const { return last_orders_ms_ >= 0; }

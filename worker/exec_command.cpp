@@ -46,9 +46,9 @@ JobFile read_spec(const ExecOptions& options) {
   return job;
 }
 
-Executed execute(const JobFile& job, const ExecOptions& options, const ExecEnvironment& environment) {
-  const RunFunction& run = environment.find_run(job.kind, job.version);
-  environment.limit_threads(job.cores);
+Executed execute(const JobFile& job, const ExecOptions& options, const WorkerProgram& program) {
+  const RunFunction& run = find_run(program.runs, job.kind, job.version).run;
+  program.limit_threads(job.cores);
   const Scratch scratch(options.scratch_dir);
   ProgressWriter progress(options.progress_file);
   ExecuteOptions execute_options{.scratch_dir = scratch.path(), .on_progress = {}};
@@ -69,14 +69,14 @@ void leave_outcome(const ExecOptions& options, const DoneAttempt& outcome) {
 
 }  // namespace
 
-int run_exec_command(const ExecOptions& options, const ExecEnvironment& environment) {
+int run_exec_command(const ExecOptions& options, const WorkerProgram& program) {
   DoneAttempt outcome;
   fs::path store;
   try {
     const JobFile job = read_spec(options);
     store = job.store;
     fmt::print(stderr, "{} (shot {}, key {})\n", job.job, job.shot, job.key);
-    const Executed done = execute(job, options, environment);
+    const Executed done = execute(job, options, program);
     outcome.content = done.manifest.content;
     leave_outcome(options, outcome);
     if (done.was_there) fmt::print(stderr, "already there: nothing to compute\n");

@@ -1,9 +1,8 @@
 #pragma once
 #include <filesystem>
-#include <functional>
 #include <string>
 
-#include "worker/execute_job.h"
+#include "worker/worker_main.h"
 
 namespace vantage {
 
@@ -17,13 +16,7 @@ struct ExecOptions {
   int cores = 0;                      ///< 0: as the spec says
 };
 
-/// The runs of this program, and how many threads its libraries may use.
-struct ExecEnvironment {
-  std::function<const RunFunction&(const std::string& kind, int version)> find_run;
-  std::function<void(int cores)> limit_threads;
-};
-
 /// Prints the artifact's folder; or, to stderr, one line of what is wrong. Returns 0, 1 failed, 2 bad input.
-int run_exec_command(const ExecOptions& options, const ExecEnvironment& environment);
+int run_exec_command(const ExecOptions& options, const WorkerProgram& program);
 
 }  // namespace vantage

@@ -61,9 +61,9 @@ class Signals {
 /// Joins the pure agent to processes, messages, files and signals. One thread.
 class Worker {
  public:
-  explicit Worker(const WorkerOptions& options)
+  Worker(const WorkerOptions& options, const WorkerProgram& program)
       : state_(options.state_dir),
-        agent_(config_of(options, state_), state_.read_outbox()),
+        agent_(config_of(options, program, state_), state_.read_outbox()),
         parent_(options.die_with_parent ? getppid() : 0),
         endpoint_({.url = options.bus_url,
                    .farm = read_farm_key(options.farm_key_file),
@@ -89,7 +89,7 @@ class Worker {
   }
 
  private:
-  static AgentConfig config_of(const WorkerOptions& options, const WorkerState& state) {
+  static AgentConfig config_of(const WorkerOptions& options, const WorkerProgram& program, const WorkerState& state) {
     AgentConfig config;
     config.worker_id = state.worker_id();
     config.incarnation = state.incarnation();
@@ -98,6 +98,11 @@ class Worker {
     config.slots = options.slots;
     config.cores = options.cores > 0 ? options.cores : num_usable_cores();
     config.ram_mb = options.ram_mb > 0 ? options.ram_mb : total_ram_mb() / 10 * 9;
+    config.tags = options.tags;
+    config.build = VANTAGE_VERSION;
+    Capabilities capabilities = capabilities_of(program.runs);
+    for (const std::string& sentence : capabilities.missing) spdlog::warn("{}: such jobs go elsewhere", sentence);
+    config.kinds = std::move(capabilities.kinds);
     return config;
   }
 
@@ -243,13 +248,20 @@ class Worker {
     const std::int64_t every = agent_.has_seen_orders() ? kReportEveryMs : kReportUntilHeardMs;
     const std::int64_t due = last_report_ms_ + (changed_ ? kMinReportPauseMs : every);
     if (now >= due) {
-      endpoint_.publish(agent_.report(free_disk()));
+      endpoint_.publish(agent_.report(machine_state()));
       last_report_ms_ = now;
       changed_ = false;
       next_report_ms_ = now + every;
     } else {
       next_report_ms_ = due;
     }
+  }
+
+  MachineState machine_state() const {
+    return {.free_disk_mb = free_disk(),
+            .wall_ms = system_clock().wall_ms(),
+            .num_dropped = endpoint_.drops().total(),
+            .trouble = {}};
   }
 
   std::int32_t free_disk() const {
@@ -291,11 +303,11 @@ class Worker {
 
 }  // namespace
 
-int run_worker(const WorkerOptions& options) {
+int run_worker(const WorkerOptions& options, const WorkerProgram& program) {
   if (options.bus_url.empty() || options.farm_key_file.empty() || options.state_dir.empty())
     throw Error(ErrorKind::BadInput,
                 "a worker needs --bus URL, --farm-key FILE and --state DIR (see vantage-worker --help)");
-  return Worker(options).run();
+  return Worker(options, program).run();
 }
 
 }  // namespace vantage

@@ -1,6 +1,9 @@
 #pragma once
 #include <filesystem>
 #include <string>
+#include <vector>
+
+#include "worker/worker_main.h"
 
 namespace vantage {
 
@@ -10,6 +13,7 @@ struct WorkerOptions {
   std::filesystem::path state_dir;
   int slots = 1;
   std::string pool = "default";
+  std::vector<std::string> tags;
   int cores = 0;   ///< 0: all this process may use
   int ram_mb = 0;  ///< 0: nine tenths of the machine's
   bool die_with_parent = false;
@@ -18,6 +22,6 @@ struct WorkerOptions {
 /// Serves a farm until told to stop: SIGTERM finishes what runs, a second SIGTERM or SIGINT stops it. Returns the exit
 /// status. Throws Error(BadInput) for options that cannot work. Blocks signals of the calling thread: call it from
 /// main, before other threads are made.
-int run_worker(const WorkerOptions& options);
+int run_worker(const WorkerOptions& options, const WorkerProgram& program);
 
 }  // namespace vantage

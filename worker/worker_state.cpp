@@ -28,12 +28,12 @@ std::string new_uuid() {
 }
 
 Json to_json(const DoneAttempt& d) {
-  return {{"job_id", d.ref.job_id},      {"number", d.ref.number},
-          {"token", d.ref.token},        {"outcome", static_cast<int>(d.outcome)},
-          {"error_kind", d.error_kind},  {"message", d.message},
-          {"content", d.content},        {"exit_code", d.exit_code},
-          {"signal", d.signal},          {"wall_ms", d.wall_ms},
-          {"peak_rss_mb", d.peak_rss_mb}};
+  return {{"job_id", d.ref.job_id},       {"number", d.ref.number},
+          {"token", d.ref.token},         {"outcome", static_cast<int>(d.outcome)},
+          {"error_kind", d.error_kind},   {"message", d.message},
+          {"content", d.content},         {"exit_code", d.exit_code},
+          {"signal", d.signal},           {"wall_ms", d.wall_ms},
+          {"peak_rss_mb", d.peak_rss_mb}, {"damaged_job", d.damaged_job}};
 }
 
 DoneAttempt done_attempt_of(const Json& j) {
@@ -47,6 +47,7 @@ DoneAttempt done_attempt_of(const Json& j) {
   d.signal = j.at("signal");
   d.wall_ms = j.at("wall_ms");
   d.peak_rss_mb = j.at("peak_rss_mb");
+  d.damaged_job = j.value("damaged_job", "");  // files of before have none
   return d;
 }
 

@@ -39,7 +39,8 @@ struct CalibrateJob {
     return {.name = "calibrate",
             .version = 1,
             .reads = "frames",
-            .publishes = "COLMAP model: intrinsics, a pose per image, sparse points, undistortion"};
+            .publishes = "COLMAP model: intrinsics, a pose per image, sparse points, undistortion",
+            .programs = "colmap"};
   }
   /// Method known needs its model: throws Error(BadInput) with the line of shot.toml.
   static void check(const Shot& shot);

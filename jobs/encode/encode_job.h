@@ -18,7 +18,8 @@ struct EncodeJob {
     return {.name = "encode",
             .version = 1,
             .reads = "rendered frames",
-            .publishes = "mp4, for stereo side-by-side and anaglyph, too"};
+            .publishes = "mp4, for stereo side-by-side and anaglyph, too",
+            .programs = "ffmpeg"};
   }
   static std::vector<WorkUnit> split(const ShotState& state, const Params& params);
   static void run(JobContext& context, const Params& params);

@@ -26,7 +26,8 @@ struct FuseJob {
     return {.name = "fuse",
             .version = 2,
             .reads = "patches of all groups, calibration",
-            .publishes = "one model, points per time, surface"};
+            .publishes = "one model, points per time, surface",
+            .programs = "colmap"};
   }
   static std::vector<WorkUnit> split(const ShotState& state, const Params& params);
   static void run(JobContext& context, const Params& params);

@@ -18,7 +18,8 @@ struct IngestJob {
     return {.name = "ingest",
             .version = 1,
             .reads = "footage",
-            .publishes = "frame table with time stamps, frames, audio envelope"};
+            .publishes = "frame table with time stamps, frames, audio envelope",
+            .programs = "ffmpeg ffprobe"};
   }
   /// Every camera's footage must exist: throws Error(BadInput) with the line of shot.toml.
   static void check(const Shot& shot);

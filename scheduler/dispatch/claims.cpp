@@ -125,7 +125,8 @@ Assignment Dispatcher::make_assignment(const JobRow& job, const AttemptRef& ref,
           .log_path = log_path,
           .cores = job.cores,
           .ram_mb = job.ram_mb,
-          .timeout_s = job.timeout_s};
+          .timeout_s = job.timeout_s,
+          .kind = fmt::format("{}/{}", job.kind, job.version)};
 }
 
 }  // namespace vantage

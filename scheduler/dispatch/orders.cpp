@@ -44,7 +44,9 @@ void Dispatcher::send_orders(LiveWorker& worker, Bus& bus, std::int64_t now_ms) 
                       .drain = worker.drained,
                       .assigned = {},
                       .canceled = {worker.canceled.begin(), worker.canceled.end()},
-                      .acked = {worker.acked.begin(), worker.acked.end()}};
+                      .acked = {worker.acked.begin(), worker.acked.end()},
+                      .report_seq_seen = worker.report.seq,
+                      .host = worker.report.host};
   for (auto& [ref, held] : worker.held) {
     if (held.assigned_seq == 0) held.assigned_seq = worker.seq;
     orders.assigned.push_back(held.assignment);

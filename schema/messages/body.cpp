@@ -15,8 +15,9 @@ namespace wire = vantage_lcm;
 // Smallest encoded sizes: numbers as they are, a string takes at least its length and a NUL.
 constexpr std::size_t kRefBytes = 20;
 constexpr std::size_t kRunningBytes = kRefBytes + 5 + 8 + 4;
-constexpr std::size_t kDoneBytes = kRefBytes + 1 + 3 * 5 + 4 + 4 + 8 + 4;
-constexpr std::size_t kAssignmentBytes = kRefBytes + 3 * 5 + 3 * 4;
+constexpr std::size_t kDoneBytes = kRefBytes + 1 + 3 * 5 + 4 + 4 + 8 + 4 + 5;
+constexpr std::size_t kAssignmentBytes = kRefBytes + 5 * 5 + 3 * 4;
+constexpr std::size_t kStringBytes = 5;
 
 wire::attempt_ref_t to_wire(const AttemptRef& r) {
   wire::attempt_ref_t w;
@@ -48,6 +49,7 @@ wire::done_attempt_t to_wire(const DoneAttempt& d) {
   w.signal = d.signal;
   w.wall_ms = d.wall_ms;
   w.peak_rss_mb = d.peak_rss_mb;
+  w.damaged_job = d.damaged_job;
   return w;
 }
 DoneAttempt from_wire(const wire::done_attempt_t& w) {
@@ -56,7 +58,7 @@ DoneAttempt from_wire(const wire::done_attempt_t& w) {
           w.error_kind,     w.message,
           w.content,        w.exit_code,
           w.signal,         w.wall_ms,
-          w.peak_rss_mb};
+          w.peak_rss_mb,    w.damaged_job};
 }
 
 wire::assignment_t to_wire(const Assignment& a) {
@@ -68,10 +70,12 @@ wire::assignment_t to_wire(const Assignment& a) {
   w.cores = a.cores;
   w.ram_mb = a.ram_mb;
   w.timeout_s = a.timeout_s;
+  w.kind = a.kind;
+  w.spec = a.spec;
   return w;
 }
 Assignment from_wire(const wire::assignment_t& w) {
-  return {from_wire(w.ref), w.spec_path, w.spec_hash, w.log_path, w.cores, w.ram_mb, w.timeout_s};
+  return {from_wire(w.ref), w.spec_path, w.spec_hash, w.log_path, w.cores, w.ram_mb, w.timeout_s, w.kind, w.spec};
 }
 
 /// Element by element, with the count that LCM wants beside the array.
@@ -101,6 +105,14 @@ wire::worker_report_t to_wire(const WorkerReport& r) {
   w.draining = static_cast<std::int8_t>(r.draining);
   w.epoch_seen = r.epoch_seen;
   w.orders_seq_seen = r.orders_seq_seen;
+  w.num_tags = static_cast<std::int32_t>(r.tags.size());
+  w.tags = r.tags;
+  w.num_kinds = static_cast<std::int32_t>(r.kinds.size());
+  w.kinds = r.kinds;
+  w.wall_ms = r.wall_ms;
+  w.build = r.build;
+  w.trouble = r.trouble;
+  w.num_dropped = r.num_dropped;
   return w;
 }
 WorkerReport from_wire(const wire::worker_report_t& w) {
@@ -119,6 +131,12 @@ WorkerReport from_wire(const wire::worker_report_t& w) {
   r.orders_seq_seen = w.orders_seq_seen;
   from_wire_array(w.running, r.running);
   from_wire_array(w.done_unacked, r.done_unacked);
+  r.tags = w.tags;
+  r.kinds = w.kinds;
+  r.wall_ms = w.wall_ms;
+  r.build = w.build;
+  r.trouble = w.trouble;
+  r.num_dropped = w.num_dropped;
   return r;
 }
 
@@ -134,6 +152,8 @@ wire::worker_orders_t to_wire(const WorkerOrders& o) {
   w.lease_ms = o.lease_ms;
   w.reconciling = static_cast<std::int8_t>(o.reconciling);
   w.drain = static_cast<std::int8_t>(o.drain);
+  w.report_seq_seen = o.report_seq_seen;
+  w.host = o.host;
   return w;
 }
 WorkerOrders from_wire(const wire::worker_orders_t& w) {
@@ -148,6 +168,8 @@ WorkerOrders from_wire(const wire::worker_orders_t& w) {
   from_wire_array(w.assigned, o.assigned);
   from_wire_array(w.canceled, o.canceled);
   from_wire_array(w.acked, o.acked);
+  o.report_seq_seen = w.report_seq_seen;
+  o.host = w.host;
   return o;
 }
 
@@ -167,7 +189,7 @@ SchedulerHello from_wire(const wire::scheduler_hello_t& w) {
 std::vector<std::size_t> item_bytes(int kind) {
   switch (kind) {
     case 0:
-      return {kRunningBytes, kDoneBytes};
+      return {kRunningBytes, kDoneBytes, kStringBytes, kStringBytes};
     case 1:
       return {kAssignmentBytes, kRefBytes, kRefBytes};
     default:

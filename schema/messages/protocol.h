@@ -7,7 +7,7 @@
 
 namespace vantage {
 
-constexpr int kProtocolVersion = 1;
+constexpr int kProtocolVersion = 2;
 
 /// One execution of a job. number and token are made in the transaction that claims the job and are never reused.
 struct AttemptRef {
@@ -35,6 +35,7 @@ struct DoneAttempt {
   std::int32_t exit_code = 0, signal = 0;
   std::int64_t wall_ms = 0;
   std::int32_t peak_rss_mb = 0;
+  std::string damaged_job = {};  ///< input whose artifact is not what its manifest says: the job that must run again
 };
 
 /// Worker to scheduler, on change (coalesced) and at least every second.
@@ -49,14 +50,22 @@ struct WorkerReport {
   std::int64_t orders_seq_seen = 0;
   std::vector<RunningAttempt> running;    ///< assigned and not finished, queued ones included
   std::vector<DoneAttempt> done_unacked;  ///< kept until acked
+  std::vector<std::string> tags = {};     ///< given to it by a person: jobs may ask for them
+  std::vector<std::string> kinds = {};    ///< "depth/1": kind and version of what it can run
+  std::int64_t wall_ms = 0;               ///< its clock, to show how far off it is; decides nothing
+  std::string build = {};                 ///< version of its program
+  std::string trouble = {};               ///< one line: why it takes no work now; "" = none
+  std::int64_t num_dropped = 0;           ///< messages that it heard and did not believe
 };
 
 struct Assignment {
   AttemptRef ref;
-  std::string spec_path;  ///< on shared storage
+  std::string spec_path;  ///< on shared storage; "" = `spec` says all
   std::string spec_hash;
-  std::string log_path;
+  std::string log_path;  ///< "" = no log of its own
   std::int32_t cores = 1, ram_mb = 0, timeout_s = 0;
+  std::string kind = {};  ///< "depth/1"
+  std::string spec = {};  ///< with an empty spec_path: {"params": …, "unit": …} as JSON, "" = both empty
 };
 
 /// Scheduler to one worker: the complete set of attempts that it should hold.
@@ -71,6 +80,8 @@ struct WorkerOrders {
   std::vector<Assignment> assigned;
   std::vector<AttemptRef> canceled;
   std::vector<AttemptRef> acked;
+  std::int64_t report_seq_seen = 0;  ///< newest report of that incarnation: the lease runs from when that was sent
+  std::string host = {};             ///< where that incarnation runs, as it says
 };
 
 /// Scheduler to all, every second.

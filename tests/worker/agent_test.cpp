@@ -57,7 +57,7 @@ struct AgentTest : ::testing::Test {
   }
   std::vector<std::int64_t> running_jobs() {
     std::vector<std::int64_t> out;
-    for (const RunningAttempt& r : agent.report(0).running) out.push_back(r.ref.job_id);
+    for (const RunningAttempt& r : agent.report({}).running) out.push_back(r.ref.job_id);
     return out;
   }
 };
@@ -107,7 +107,7 @@ TEST_F(AgentTest, OlderOrdersAndOrdersForAnotherLifeChangeNothing) {
   other.assigned.clear();
   EXPECT_TRUE(agent.on_orders(other, 1).signals.empty());
   EXPECT_EQ(running_jobs().size(), 1U);
-  EXPECT_EQ(agent.report(0).orders_seq_seen, orders.seq);
+  EXPECT_EQ(agent.report({}).orders_seq_seen, orders.seq);
 }
 
 TEST_F(AgentTest, AbsenceStopsRunningAndForgetsQueued) {
@@ -135,13 +135,13 @@ TEST_F(AgentTest, RestartedSchedulerThatReconcilesKillsNothing) {
 TEST_F(AgentTest, FinishedIsReportedUntilAcknowledged) {
   order({assignment(1)});
   EXPECT_TRUE(finish(1).outbox_grew);
-  ASSERT_EQ(agent.report(0).done_unacked.size(), 1U);
-  EXPECT_EQ(agent.report(0).done_unacked[0].content, "c");
+  ASSERT_EQ(agent.report({}).done_unacked.size(), 1U);
+  EXPECT_EQ(agent.report({}).done_unacked[0].content, "c");
   order({assignment(1)});
-  EXPECT_EQ(agent.report(0).done_unacked.size(), 1U);
+  EXPECT_EQ(agent.report({}).done_unacked.size(), 1U);
   orders.acked = {ref_of(1)};
   order({});
-  EXPECT_TRUE(agent.report(0).done_unacked.empty());
+  EXPECT_TRUE(agent.report({}).done_unacked.empty());
 }
 
 TEST_F(AgentTest, FinishedAttemptNeverStartsAgain) {
@@ -158,8 +158,8 @@ TEST_F(AgentTest, ResultsOfAnEarlierLifeAreReported) {
   DoneAttempt done;
   done.ref = ref_of(9);
   Agent reborn(AgentConfig{.worker_id = "w", .incarnation = 5, .host = "h", .pool = "p"}, {done});
-  ASSERT_EQ(reborn.report(0).done_unacked.size(), 1U);
-  EXPECT_EQ(reborn.report(0).done_unacked[0].ref, ref_of(9));
+  ASSERT_EQ(reborn.report({}).done_unacked.size(), 1U);
+  EXPECT_EQ(reborn.report({}).done_unacked[0].ref, ref_of(9));
   EXPECT_TRUE(reborn.on_orders(orders_of({assignment(9)}), 0).start.empty());
 }
 
@@ -243,7 +243,7 @@ TEST_F(AgentTest, DrainOrderFinishesWhatRunsAndCanBeTakenBack) {
   orders.drain = true;
   order({assignment(1), assignment(2), assignment(3)});
   EXPECT_TRUE(finish(1).start.empty());
-  EXPECT_TRUE(agent.report(0).draining);
+  EXPECT_TRUE(agent.report({}).draining);
   EXPECT_FALSE(agent.is_drained());
   orders.drain = false;
   EXPECT_EQ(order({assignment(2), assignment(3)}).start.size(), 1U);
@@ -257,7 +257,7 @@ TEST_F(AgentTest, DrainRequestEndsWhenTheLastHasFinished) {
   EXPECT_EQ(running_jobs(), (std::vector<std::int64_t>{1})) << "what is not listed can go to another worker";
   finish(1);
   EXPECT_TRUE(agent.is_drained());
-  EXPECT_EQ(agent.report(0).done_unacked.size(), 1U);
+  EXPECT_EQ(agent.report({}).done_unacked.size(), 1U);
 }
 
 TEST_F(AgentTest, QuitKillsEverything) {
@@ -271,7 +271,7 @@ TEST_F(AgentTest, ProgressChangesTheReport) {
   order({assignment(1)});
   EXPECT_TRUE(agent.on_progress({ref_of(1), "warping", 0.5, 300}).state_changed);
   EXPECT_FALSE(agent.on_progress({ref_of(1), "warping", 0.5, 301}).state_changed) << "memory alone can wait a second";
-  const RunningAttempt r = agent.report(0).running.at(0);
+  const RunningAttempt r = agent.report({}).running.at(0);
   EXPECT_EQ(r.phase, "warping");
   EXPECT_EQ(r.rss_mb, 301);
 }

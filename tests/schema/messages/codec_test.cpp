@@ -20,8 +20,15 @@ std::string encode_one(const Message& message, std::int64_t incarnation, std::in
 WorkerOrders large_orders(int num_assigned) {
   WorkerOrders o = sample_orders();
   for (int i = 0; i < num_assigned; ++i)
-    o.assigned.push_back(
-        {{i, 1, i * 7}, "/shot/.vantage/specs/" + std::to_string(i), "00ff", "/log/" + std::to_string(i), 1, 1, 1});
+    o.assigned.push_back({{i, 1, i * 7},
+                          "/shot/.vantage/specs/" + std::to_string(i),
+                          "00ff",
+                          "/log/" + std::to_string(i),
+                          1,
+                          1,
+                          1,
+                          "depth/1",
+                          ""});
   return o;
 }
 
@@ -58,6 +65,13 @@ TEST(Codec, ReportSurvivesRoundTrip) {
   EXPECT_EQ(d.signal, 11);
   EXPECT_EQ(d.wall_ms, 61'000);
   EXPECT_EQ(d.peak_rss_mb, 4096);
+  EXPECT_EQ(d.damaged_job, "sync/a__b");
+  EXPECT_EQ(r.tags, expected.tags);
+  EXPECT_EQ(r.kinds, expected.kinds);
+  EXPECT_EQ(r.wall_ms, expected.wall_ms);
+  EXPECT_EQ(r.build, "0.1.0");
+  EXPECT_EQ(r.trouble, "disk full: /store has 12 MB");
+  EXPECT_EQ(r.num_dropped, 17);
 }
 
 TEST(Codec, OrdersSurviveRoundTrip) {
@@ -81,6 +95,10 @@ TEST(Codec, OrdersSurviveRoundTrip) {
   EXPECT_EQ(o.assigned[0].cores, 4);
   EXPECT_EQ(o.assigned[0].ram_mb, 3000);
   EXPECT_EQ(o.assigned[0].timeout_s, 600);
+  EXPECT_EQ(o.assigned[0].kind, "depth/1");
+  EXPECT_EQ(o.assigned[0].spec, R"({"unit":{"image":3}})");
+  EXPECT_EQ(o.report_seq_seen, 123);
+  EXPECT_EQ(o.host, "left-desk");
   EXPECT_EQ(o.canceled, expected.canceled);
   EXPECT_EQ(o.acked, expected.acked);
 }
@@ -181,7 +199,7 @@ TEST(Codec, StateWithALostPageIsReplacedByTheNext) {
 TEST(Codec, AbsurdCountsInABodyAllocateNothing) {
   std::string body = encode_body(sample_report());
   ASSERT_TRUE(decode_body(0, body));
-  for (const std::size_t at : {8U, 12U}) {
+  for (const std::size_t at : {8U, 12U, 16U, 20U}) {
     std::string bad = body;
     bad.replace(at, 4, "\x7f\xff\xff\xff");
     EXPECT_FALSE(decode_body(0, bad));

@@ -24,7 +24,14 @@ inline WorkerReport sample_report() {
   r.epoch_seen = 9;
   r.orders_seq_seen = 1'000'000'000'000;
   r.running = {{{11, 2, -3}, "warping", 0.25, 812}, {{12, 1, 99}, "", 0, 0}};
-  r.done_unacked = {{{7, 1, 1LL << 62}, Outcome::Crashed, "crash", "killed by signal 11", "", -1, 11, 61'000, 4096}};
+  r.done_unacked = {
+      {{7, 1, 1LL << 62}, Outcome::Crashed, "crash", "killed by signal 11", "", -1, 11, 61'000, 4096, "sync/a__b"}};
+  r.tags = {"gpu", "fast-disk"};
+  r.kinds = {"depth/1", "noop/1"};
+  r.wall_ms = 1'700'000'000'123;
+  r.build = "0.1.0";
+  r.trouble = "disk full: /store has 12 MB";
+  r.num_dropped = 17;
   return r;
 }
 
@@ -37,9 +44,19 @@ inline WorkerOrders sample_orders() {
   o.lease_ms = 15'000;
   o.reconciling = true;
   o.drain = true;
-  o.assigned = {{{11, 2, -3}, "/shot/.vantage/specs/11.2.json", "00ff", "/shot/.vantage/logs/11.2.log", 4, 3000, 600}};
+  o.assigned = {{{11, 2, -3},
+                 "/shot/.vantage/specs/11.2.json",
+                 "00ff",
+                 "/shot/.vantage/logs/11.2.log",
+                 4,
+                 3000,
+                 600,
+                 "depth/1",
+                 R"({"unit":{"image":3}})"}};
   o.canceled = {{8, 1, 2}};
   o.acked = {{7, 1, 1LL << 62}, {6, 3, 4}};
+  o.report_seq_seen = 123;
+  o.host = "left-desk";
   return o;
 }
 

@@ -1,0 +1,22 @@
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "worker/run_table.h"
+
+namespace vantage {
+
+/// What makes one worker program differ from another: the jobs that it can do, and the libraries that they use.
+struct WorkerProgram {
+  RunTable runs;
+  std::function<void(int cores)> limit_threads = [](int) {};
+  /// `probe FILE…`, for programs that can read footage; returns the exit status. Empty: no such command.
+  std::function<int(const std::vector<std::string>& footage, bool json)> probe = {};
+};
+
+/// The whole of a worker's main(): serves a farm, or runs one of the commands `exec`, `kinds`, `probe`.
+/// Returns the exit status: 0, 1 failed, 2 misuse. Must be called before any thread is made.
+int worker_main(int argc, char** argv, const WorkerProgram& program);
+
+}  // namespace vantage
