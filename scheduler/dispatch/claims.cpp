@@ -91,6 +91,7 @@ bool Dispatcher::claim_one(LiveWorker& worker, Claim claim, const Store::Fit& la
 /// The job leaves the state ready: for the worker, or, when its result or its footage say otherwise, for another state.
 void Dispatcher::hand_out(LiveWorker& worker, const JobRow& job, std::int64_t now_ms) {
   if (job.num_attempts > 0 && planner_.salvage(job, JobState::Skipped, "a lost attempt had finished it")) return;
+  if (!planner_.move_suspect_aside(job)) return;
   try {
     if (job_key(planner_.job_file(job)) != job.key) {  // footage was replaced since the job became ready
       planner_.recheck(job);

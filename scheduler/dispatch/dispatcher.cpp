@@ -154,8 +154,8 @@ void Dispatcher::on_done(LiveWorker& worker, const DoneAttempt& done, std::int64
 /// however late. False: not readable yet, ask again.
 bool Dispatcher::accept(LiveWorker& worker, const AttemptRow& attempt, const DoneAttempt& done, std::int64_t now_ms) {
   const JobRow job = *store_.job({done.ref.job_id});
-  const bool wanted =
-      (is_active(job.state) || job.state == JobState::Ready || job.state == JobState::Paused) && job.key == attempt.key;
+  const bool wanted = (is_active(job.state) || job.state == JobState::Ready || job.state == JobState::Paused) &&
+                      job.key == attempt.key && attempt.outcome != "done";
   if (!wanted) {  // a repeated report, or a result that came too late: it stays in the store, to be found by its key
     if (attempt.open()) store_.end_attempt(done.ref, "stale", done);
     return true;
@@ -176,6 +176,7 @@ bool Dispatcher::accept(LiveWorker& worker, const AttemptRow& attempt, const Don
     return true;
   }
   store_.end_attempt(done.ref, "done", done);
+  planner_.compare_with_suspect(job, job.key, manifest->content);
   planner_.revoke(job.id);  // another attempt of the same job, if there is one
   store_.set_content(job.id, manifest->content);
   store_.set_cost(job.id, done.wall_ms, done.peak_rss_mb);

@@ -64,8 +64,17 @@ class Dispatcher {
   Store::Fit largest_worker() const;
   Assignment make_assignment(const JobRow& job, const AttemptRef& ref, const std::string& log_path);
 
-  CommandResult on_shot_command(const Command& command);
+  struct Target;
+  Target target_of(const Command& command);
+  std::vector<JobId> jobs_of(const Target& target, std::initializer_list<JobState> states);
+  CommandResult result_of(const std::vector<JobId>& jobs, std::string text);
   CommandResult on_job_command(const Command& command);
+  CommandResult pause(const Target& target, bool dry_run);
+  CommandResult resume(const Target& target, bool dry_run);
+  CommandResult cancel(const Target& target, bool dry_run);
+  CommandResult retry(const Target& target, bool dry_run);
+  CommandResult rerun(const Target& target, bool dry_run);
+  CommandResult set_priority(const Target& target, int priority, bool dry_run);
   CommandResult on_worker_command(const Command& command);
 
   void send_orders(LiveWorker& worker, Bus& bus, std::int64_t now_ms);

@@ -137,6 +137,7 @@ class FarmScheduler::Impl {
 
   SubmitResult submit(const SubmitRequest& request) {
     if (fs::exists(request.folder / "shot.toml")) check_store(request.folder);
+    const ActingAs acting(store_, request.who);
     const auto done = planner_.submit(request.folder, request.until_kind, request.priority);
     ended_soon_.insert(done.shot.id);
     return {.shot = done.shot.id,

@@ -19,6 +19,7 @@ struct SubmitRequest {
   std::filesystem::path folder;  ///< of the shot
   std::string until_kind;        ///< plan no further than this stage and what it needs; empty: everything
   int priority = 0;              ///< higher goes first
+  std::string who{};             ///< who asks; empty: the farm itself
 };
 struct SubmitResult {
   ShotId shot;
@@ -57,7 +58,7 @@ class FarmScheduler {
 
   /// The future throws Error(BadInput) for a shot that cannot be planned: one clear line.
   std::future<SubmitResult> submit(SubmitRequest request);
-  /// Pause, resume, cancel, retry, priority, drain. The future throws Error(BadInput) for an unknown target.
+  /// See command.h. The future throws Error(BadInput) for an unknown target.
   std::future<CommandResult> command(Command command);
 
   /// At most 100 ms old; empty when there is no such shot.

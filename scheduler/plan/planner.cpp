@@ -5,19 +5,12 @@
 #include <algorithm>
 
 #include "scheduler/plan/identity.h"
-#include "schema/base/did_you_mean.h"
 #include "schema/base/error.h"
 #include "schema/formats/manifest.h"
 
 namespace vantage {
 namespace fs = std::filesystem;
 namespace {
-
-void check_kind_name(const std::vector<std::string>& names, const std::string& until_kind) {
-  if (until_kind.empty() || std::find(names.begin(), names.end(), until_kind) != names.end()) return;
-  throw Error(ErrorKind::BadInput, fmt::format("{}: there is no such stage{}; there are {}", until_kind,
-                                               did_you_mean(until_kind, names), fmt::join(names, ", ")));
-}
 
 std::string sources_text(const WorkUnit& unit) {
   Json out = Json::array();
@@ -35,7 +28,7 @@ std::string links_text(const WorkUnit& unit) {
 
 Planner::Submitted Planner::submit(const fs::path& folder, const std::string& until_kind, int priority) {
   const std::vector<std::string> names = kind_names(kinds_);
-  check_kind_name(names, until_kind);
+  if (!until_kind.empty()) check_kind(until_kind);
   Plan plan{.shot = read_shot(folder, names), .until_kind = until_kind};
   for (const auto& kind : kinds_) kind.check(plan.shot);
 
@@ -99,6 +92,7 @@ void Planner::expand(ShotId shot, bool strict) {
     apply(shot, plan, wanted);
   } while (std::any_of(wanted.missing.begin(), wanted.missing.end(),
                        [&](const auto& job) { return lookup(job).has_value(); }));
+  plan.asked = wanted.asked;
   plan.missing = wanted.missing;
   const std::string error = wanted.errors.empty() ? "" : wanted.errors.begin()->second;
   const ShotRow row = *store_.shot(shot);
@@ -192,7 +186,7 @@ JobRow Planner::write_unit(const ShotRow& shot, const PlannedUnit& planned, cons
   if (old != nullptr) {
     store_.update_plan(row);
   } else {
-    row.priority = shot.priority;
+    row.priority = store_.stage_setting(shot.id, row.kind).priority.value_or(shot.priority);
     row.id = store_.insert_job(row);
   }
   return row;

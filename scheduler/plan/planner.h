@@ -31,12 +31,28 @@ class Planner {
 
   /// The job has just become good or bad: what needs it is settled or aborted, and the plan may grow.
   void finished(JobId job);
-  /// Bad jobs of the present plan get another chance, with what was aborted because of them. Returns how many.
-  int retry(ShotId shot);
-  int retry(const JobRow& job);
-  /// A person does not want the job, or all unfinished ones of the shot, any more. Returns how many.
-  int cancel(ShotId shot);
-  int cancel(const JobRow& job);
+
+  // What people order. First who is meant:
+  /// Throws Error(BadInput), with a suggestion, when there is no such kind.
+  void check_kind(const std::string& kind) const;
+  /// Those of the jobs that are bad, the bad ones that they need, and what was aborted for want of these alone.
+  std::vector<JobId> to_retry(const std::vector<JobId>& roots);
+  /// All that needs one of the jobs, however far down; without themselves.
+  std::vector<JobId> all_dependents(const std::vector<JobId>& roots);
+  // Then the change:
+  /// Bad jobs get another chance.
+  void retry(ShotId shot, const std::vector<JobId>& bad);
+  /// Unfinished jobs are not wanted any more; what needs them is aborted. Or: nothing of the shot is wanted.
+  void cancel(const std::vector<JobId>& unfinished);
+  void cancel(ShotId shot);
+  /// Finished jobs are run again although their artifacts are in the store.
+  void rerun(ShotId shot, const std::vector<JobId>& good);
+  /// All jobs of a kind, also those planned later. ready, paused: those in that state.
+  void pause_stage(ShotId shot, const std::string& kind, const std::vector<JobId>& ready);
+  void resume_stage(ShotId shot, const std::string& kind, const std::vector<JobId>& paused);
+  /// Before an attempt: an artifact that is not trusted gives way, to SHOT/.vantage/aside/. False when it cannot: the
+  /// job has failed.
+  bool move_suspect_aside(const JobRow& job);
 
   /// A ready job whose source changed under it, or a paused one that may go on: looks at it anew.
   void recheck(const JobRow& job);
@@ -51,6 +67,8 @@ class Planner {
   /// A valid artifact for a job's key is in the store: the job is done without being run (again).
   /// False when there is none.
   bool salvage(const JobRow& job, JobState to, const std::string& reason);
+  /// The job has a new artifact: is it what one that was not trusted had been?
+  void compare_with_suspect(const JobRow& job, const std::string& key, const std::string& content);
   /// All that an attempt of a job whose needs are met has to know.
   JobFile job_file(const JobRow& job);
   /// SHOT/.vantage
@@ -73,7 +91,7 @@ class Planner {
     Shot shot{};
     std::string until_kind{};
     std::int64_t generation = 0;
-    std::set<std::string> missing{};
+    std::set<std::string> asked{}, missing{};
   };
   using Rows = std::unordered_map<std::string, JobRow>;
 
@@ -92,7 +110,9 @@ class Planner {
   void settle_dependents(JobId job);
   void abort_dependents(const JobRow& job);
   void block(const JobRow& job, const std::string& reason);
-  int reopen(const std::vector<JobId>& bad);
+  void settle_all(const std::vector<JobId>& blocked);
+  /// The artifact for its key is in the store, but a person wants it made again.
+  bool is_suspect(const JobRow& job, const std::string& key);
   void move(const JobRow& job, JobState to, const std::string& reason);
 
   Store& store_;

@@ -71,10 +71,11 @@ void Planner::settle(const JobRow& job) {
     revoke(job.id);
   }
   const auto manifest = read_valid_manifest(artifact_folder(file.store, job.kind, key));
-  if (!manifest) {
+  if (!manifest || is_suspect(job, key)) {
     make_ready(job, key, identity);
     return;
   }
+  compare_with_suspect(job, key, manifest->content);
   const bool unchanged = is_good(job.state) && key == job.key && manifest->content == job.content;
   if (unchanged) return;
   store_.set_key(job.id, key, identity.dump());
@@ -84,7 +85,7 @@ void Planner::settle(const JobRow& job) {
 }
 
 void Planner::make_ready(const JobRow& job, const std::string& key, const Json& identity) {
-  const std::string reason = why_it_runs(job, key, identity);
+  const std::string reason = is_suspect(job, key) ? "asked for again by a person" : why_it_runs(job, key, identity);
   if (key != job.key || is_bad(job.state)) {
     store_.set_retry(job.id, 0, 0, 0);
     store_.set_error(job.id, "", "");
@@ -92,12 +93,15 @@ void Planner::make_ready(const JobRow& job, const std::string& key, const Json& 
   store_.set_key(job.id, key, identity.dump());
   store_.set_content(job.id, "");
   move(job, JobState::Ready, reason);
+  if (store_.stage_setting(job.shot, job.kind).paused)
+    move(*store_.job(job.id), JobState::Paused, "its stage is paused");
 }
 
 bool Planner::salvage(const JobRow& job, JobState to, const std::string& reason) {
   if (job.key.empty()) return false;
   const auto manifest = read_valid_manifest(artifact_folder(private_folder(job.shot) / "store", job.kind, job.key));
-  if (!manifest) return false;
+  if (!manifest || is_suspect(job, job.key)) return false;
+  compare_with_suspect(job, job.key, manifest->content);
   store_.set_content(job.id, manifest->content);
   store_.set_error(job.id, "", "");
   move(job, to, reason);
@@ -168,73 +172,6 @@ void Planner::recheck(const JobRow& job) {
   if (now.num_unmet > 0) return;
   settle(now);
   if (is_finished(store_.job(job.id)->state)) finished(job.id);
-}
-
-int Planner::reopen(const std::vector<JobId>& bad) {
-  for (const JobId id : bad) {
-    store_.set_retry(id, 0, 0, 0);
-    store_.set_error(id, "", "");
-    move(*store_.job(id), JobState::Blocked, "to be tried again");
-  }
-  for (const JobId id : bad) {
-    const JobRow job = *store_.job(id);
-    if (job.num_unmet > 0 || job.state != JobState::Blocked) continue;
-    settle(job);
-    if (is_finished(store_.job(id)->state)) finished(id);
-  }
-  return static_cast<int>(bad.size());
-}
-
-int Planner::retry(ShotId shot) {
-  using enum JobState;
-  store_.set_shot_state(shot, "running", "");
-  to_expand_.insert(shot);
-  return reopen(store_.planned_in_states(shot, {Failed, Canceled, Aborted, Quarantined}));
-}
-
-/// With a job go the bad ones that it needs, and the aborted ones that wait for nothing else bad.
-int Planner::retry(const JobRow& root) {
-  if (!is_bad(root.state)) return 0;
-  std::set<JobId> chosen{root.id};
-  std::vector<JobId> open{root.id};
-  const auto choose = [&](JobId id) {
-    if (chosen.insert(id).second) open.push_back(id);
-  };
-  const auto is_chosen_or_no_obstacle = [&](JobId id) { return chosen.contains(id) || !is_bad(store_.job(id)->state); };
-  while (!open.empty()) {
-    const JobId id = open.back();
-    open.pop_back();
-    for (const JobId need : store_.needs_of(id))
-      if (is_bad(store_.job(need)->state)) choose(need);
-    for (const JobId dependent : store_.dependents_of(id)) {
-      if (store_.job(dependent)->state != JobState::Aborted) continue;
-      const auto needs = store_.needs_of(dependent);
-      if (std::all_of(needs.begin(), needs.end(), is_chosen_or_no_obstacle)) choose(dependent);
-    }
-  }
-  store_.set_shot_state(root.shot, "running", "");
-  to_expand_.insert(root.shot);
-  return reopen({chosen.begin(), chosen.end()});
-}
-
-int Planner::cancel(const JobRow& job) {
-  if (is_finished(job.state)) return 0;
-  revoke(job.id);
-  move(job, JobState::Canceled, "canceled by a person");
-  finished(job.id);
-  return 1;
-}
-
-int Planner::cancel(ShotId shot) {
-  using enum JobState;
-  const auto unfinished = store_.planned_in_states(shot, {Blocked, Ready, Leased, Running, Reconnect, Paused});
-  for (const JobId id : unfinished) {
-    revoke(id);
-    move(*store_.job(id), Canceled, "canceled by a person");
-  }
-  to_expand_.erase(shot);
-  to_end_.insert(shot);
-  return static_cast<int>(unfinished.size());
 }
 
 void Planner::end_finished_shots() {

@@ -104,6 +104,7 @@ ShotPlan plan_shot(const Shot& shot, const std::vector<KindEntry>& kinds, const 
     const std::string name(kinds[stage].spec.name);
     if (!until_kind.empty() && !wanted.contains(name)) continue;
     Split& split = splits.at(name);
+    plan.asked.merge(split.asked);
     plan.missing.merge(split.missing);
     if (!split.error.empty()) plan.errors.emplace(name, split.error);
     for (auto& unit : split.units)

@@ -18,7 +18,8 @@ struct PlannedUnit {
 
 struct ShotPlan {
   std::vector<PlannedUnit> units;  ///< what a job needs stands before it
-  std::set<std::string> missing;   ///< artifacts that a split asked for in vain: plan again when one is there
+  std::set<std::string> asked;     ///< jobs whose artifacts a split looked at
+  std::set<std::string> missing;   ///< of those, the ones that were not there: plan again when one is
   std::map<std::string, std::string> errors;  ///< by kind whose split failed: nothing is known of its jobs
 };
 

@@ -62,6 +62,7 @@ ShotRow Store::submit_shot(const std::filesystem::path& folder, const std::strin
       folder.string(), name, priority, until_kind, clock_.wall_ms());
   const ShotId id{db_.integer_or(0, "SELECT id FROM shot WHERE folder = ?", folder.string())};
   db_.run("UPDATE job SET priority = ? WHERE shot_id = ?", priority, id.value);
+  db_.run("DELETE FROM stage_setting WHERE shot_id = ?", id.value);
   ShotRow row = *shot(id);
   add_event(id, std::nullopt, "", "submitted",
             until_kind.empty() ? fmt::format("generation {}", row.generation)
@@ -101,9 +102,10 @@ void Store::add_event(std::optional<ShotId> shot, std::optional<JobId> job, cons
                       const std::string& kind, const std::string& text) {
   // One statement per combination would be four; NULL for 0 says the same in one.
   db_.run(
-      "INSERT INTO event (at_ms, shot_id, job_id, worker_id, kind, text) VALUES (?, nullif(?, 0), nullif(?, 0), ?, ?, "
-      "?)",
-      clock_.wall_ms(), shot.value_or(ShotId{}).value, job.value_or(JobId{}).value, worker, kind, text);
+      "INSERT INTO event (at_ms, shot_id, job_id, worker_id, kind, text, who) VALUES (?, nullif(?, 0), nullif(?, 0), "
+      "?, "
+      "?, ?, ?)",
+      clock_.wall_ms(), shot.value_or(ShotId{}).value, job.value_or(JobId{}).value, worker, kind, text, who_);
 }
 
 void Store::upsert_worker(const WorkerReport& r, const std::string& state) {

@@ -39,8 +39,9 @@ class Store {
   std::optional<JobRow> job(JobId id);
   std::optional<JobRow> find_job(ShotId shot, const std::string& name);
   std::vector<JobRow> jobs_of(ShotId shot);
-  /// Jobs of the shot's present plan in one of these states.
-  std::vector<JobId> planned_in_states(ShotId shot, std::initializer_list<JobState> states);
+  /// Jobs of the shot's present plan in one of these states; of one kind, or of all when it is empty.
+  std::vector<JobId> planned_in_states(ShotId shot, std::initializer_list<JobState> states,
+                                       const std::string& kind = "");
   bool has_planned_unfinished(ShotId shot);
   int num_planned_bad(ShotId shot);
   /// New row in state blocked.
@@ -92,6 +93,7 @@ class Store {
   void upsert_worker(const WorkerReport& report, const std::string& state);
   void set_worker_state(const std::string& id, const std::string& state);
   std::optional<std::string> worker_state(const std::string& id);
+  /// kind: submitted, state, attempt, worker, command, decision (of the scheduler, worth a person's look), warning.
   void add_event(std::optional<ShotId> shot, std::optional<JobId> job, const std::string& worker,
                  const std::string& kind, const std::string& text);
 
@@ -99,12 +101,43 @@ class Store {
   /// Throws Error(BadInput) when the file is not there.
   std::string source_hash(const std::filesystem::path& path);
 
+  // What people ordered; see schema/sql/0003_operating.sql.
+  struct StageSetting {
+    bool paused = false;
+    std::optional<int> priority;  ///< empty: the shot's
+  };
+  StageSetting stage_setting(ShotId shot, const std::string& kind);
+  void set_stage_setting(ShotId shot, const std::string& kind, const StageSetting& setting);
+  /// An artifact that a person wants made again.
+  struct Suspect {
+    std::string content, aside, who;
+  };
+  std::optional<Suspect> suspect(ShotId shot, const std::string& kind, const std::string& key);
+  void add_suspect(const JobRow& job, const std::string& who);
+  void set_suspect_aside(const JobRow& job, const std::string& folder);
+  void remove_suspect(ShotId shot, const std::string& kind, const std::string& key);
+
   Sqlite& db() { return db_; }
   const Clock& clock() const { return clock_; }
+  const std::string& who() const { return who_; }
 
  private:
+  friend class ActingAs;
   Sqlite db_;
   const Clock& clock_;
+  std::string who_;
+};
+
+/// While it lives, events are written as this person's doing.
+class ActingAs {
+ public:
+  ActingAs(Store& store, std::string who) : store_(store) { store_.who_ = std::move(who); }
+  ~ActingAs() { store_.who_.clear(); }
+  ActingAs(const ActingAs&) = delete;
+  ActingAs& operator=(const ActingAs&) = delete;
+
+ private:
+  Store& store_;
 };
 
 }  // namespace vantage

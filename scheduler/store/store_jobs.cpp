@@ -45,12 +45,14 @@ std::vector<JobRow> Store::jobs_of(ShotId shot) {
   return rows;
 }
 
-std::vector<JobId> Store::planned_in_states(ShotId shot, std::initializer_list<JobState> states) {
+std::vector<JobId> Store::planned_in_states(ShotId shot, std::initializer_list<JobState> states,
+                                            const std::string& kind) {
   std::vector<JobId> ids;
   for (const JobState state : states)
     for (Query q = db_.query("SELECT id FROM job WHERE shot_id = ?1 AND state = ?2 "
-                             "AND generation = (SELECT generation FROM shot WHERE id = ?1) ORDER BY id",
-                             shot.value, to_string(state));
+                             "AND generation = (SELECT generation FROM shot WHERE id = ?1) "
+                             "AND (?3 = '' OR kind = ?3) ORDER BY id",
+                             shot.value, to_string(state), kind);
          q.step();)
       ids.push_back({q.integer(0)});
   return ids;

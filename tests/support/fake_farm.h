@@ -41,14 +41,16 @@ class FakeBus final : public Bus {
 };
 
 /// Does what a job file says, as a worker's child would: the artifact's one file tells what it was made from, but for
-/// "calibrate", whose result is the same for all params.sigma of one whole part. Returns the content hash.
-inline std::string make_artifact(const JobFile& job) {
+/// "calibrate", whose result is the same for all params.sigma of one whole part. noise: what else it came to depend on.
+/// Returns the content hash.
+inline std::string make_artifact(const JobFile& job, const std::string& noise = "") {
   const auto folder = artifact_folder(job.store, job.kind, job.key);
   std::filesystem::create_directories(folder);
   Json made{{"job", job.job}, {"params", job.params}, {"unit", job.unit}};
   if (job.kind == "calibrate") made["params"] = {{"sigma", static_cast<int>(job.params.at("sigma").get<double>())}};
   for (const auto& [name, input] : job.inputs) made["inputs"][name] = input.content;
   for (const auto& [name, source] : job.sources) made["sources"][name] = source.content;
+  if (!noise.empty()) made["noise"] = noise;
   write_json(folder / "out.json", made);
   Manifest m{.kind = job.kind, .version = job.version, .job = job.job, .key = job.key, .content = "", .files = {}};
   m.files = list_artifact_files(folder);
@@ -95,13 +97,13 @@ class FakeWorker {
   const std::map<AttemptRef, Assignment>& held() const { return held_; }
 
   /// Commits the artifact; the result is reported from now on. Returns the job's name.
-  std::string finish(const AttemptRef& ref) {
+  std::string finish(const AttemptRef& ref, const std::string& noise = "") {
     const JobFile job = read_job_file(held_.at(ref).spec_path);
     end(ref, {.ref = ref,
               .outcome = Outcome::Done,
               .error_kind = "",
               .message = "",
-              .content = make_artifact(job),
+              .content = make_artifact(job, noise),
               .wall_ms = 5000});
     num_runs[job.job]++;
     return job.job;
