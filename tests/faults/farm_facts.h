@@ -33,8 +33,8 @@ std::string shot_state(const ShortFarm& farm, std::int64_t shot);
 /// Waits until the shot is done or failed; a failed expectation, with what the farm says, when the time is over.
 /// Returns its state.
 std::string wait_for_end(const ShortFarm& farm, std::int64_t shot, double timeout_s);
-/// Waits until an attempt of the job runs on a worker; its number, 0 when the time is over.
-int wait_for_running(const ShortFarm& farm, const std::string& job, double timeout_s);
+/// Waits until this attempt of the job runs; false when the time is over.
+bool wait_for_running(const ShortFarm& farm, const std::string& job, int number, double timeout_s);
 
 /// Expectations on a farm whose shot has ended well: every job has a valid artifact with the content that the database
 /// believes, hashes checked; no job was done twice; no attempt is open; nothing was computed after its commit.

@@ -5,6 +5,7 @@
 
 #include "schema/base/clock.h"
 #include "schema/base/files.h"
+#include "schema/base/json.h"
 #include "tests/faults/farm_facts.h"
 #include "tests/support/temporary_folder.h"
 
@@ -43,8 +44,8 @@ void signal_all(const ShortWorker& worker, int number) {
 
 TEST_F(Recovery, AKilledWorkersJobGoesToAnotherWithinALeaseAndASecond) {
   ShortWorker first(farm, "first", {.slots = 1});
-  const auto id = submit("[seed]\nnum_jobs = 1\n[trouble]\nslow = 1\nslow_ms = 4000\n");
-  ASSERT_EQ(wait_for_running(farm, "trouble/slow-0", kPatience_s), 1);
+  const auto id = submit("[trouble]\nslow = 1\nslow_ms = 4000\n");
+  ASSERT_TRUE(wait_for_running(farm, "trouble/slow-0", 1, kPatience_s));
   ShortWorker second(farm, "second", {.slots = 1});
   ASSERT_TRUE(wait_until([&] { return farm.get("/workers").at("workers").size() == 2; }, kPatience_s));
 
@@ -64,8 +65,8 @@ TEST_F(Recovery, AKilledWorkersJobGoesToAnotherWithinALeaseAndASecond) {
 
 TEST_F(Recovery, ARestartedSchedulerDispatchesWithinASecondAndAdoptsWhatRuns) {
   ShortWorker worker(farm, "worker", {.slots = 2});
-  const auto id = submit("[seed]\nnum_jobs = 500\npause_ms = 20\n[trouble]\nslow = 1\nslow_ms = 5000\n");
-  ASSERT_EQ(wait_for_running(farm, "trouble/slow-0", kPatience_s), 1);
+  const auto id = submit("[seed]\nnum_jobs = 200\npause_ms = 20\n[trouble]\nslow = 1\nslow_ms = 5000\n");
+  ASSERT_TRUE(wait_for_running(farm, "trouble/slow-0", 1, kPatience_s));
   ASSERT_TRUE(wait_until([&] { return num_jobs_in(farm, "done") > 20; }, kPatience_s));
 
   farm.kill();
@@ -83,8 +84,8 @@ TEST_F(Recovery, ARestartedSchedulerDispatchesWithinASecondAndAdoptsWhatRuns) {
 
 TEST_F(Recovery, ASchedulerAwayForLongerThanALeaseFindsWhatWasFinishedMeanwhile) {
   ShortWorker worker(farm, "worker", {.slots = 2});
-  const auto id = submit("[seed]\nnum_jobs = 1\n[trouble]\nslow = 2\nslow_ms = 1500\n");
-  ASSERT_EQ(wait_for_running(farm, "trouble/slow-1", kPatience_s), 1);
+  const auto id = submit("[trouble]\nslow = 2\nslow_ms = 1500\n");
+  ASSERT_TRUE(wait_for_running(farm, "trouble/slow-1", 1, kPatience_s));
   farm.kill();
   ASSERT_TRUE(wait_until([&] { return worker.children().empty(); }, kPatience_s));
   usleep((kLease_ms + 500) * 1000);
@@ -96,11 +97,11 @@ TEST_F(Recovery, ASchedulerAwayForLongerThanALeaseFindsWhatWasFinishedMeanwhile)
 
 TEST_F(Recovery, AStoppedWorkerThatGoesOnAfterItsLeaseDoesNoHarm) {
   ShortWorker sleeper(farm, "sleeper", {.slots = 1});
-  const auto id = submit("[seed]\nnum_jobs = 1\n[trouble]\nslow = 1\nslow_ms = 2500\n");
-  ASSERT_EQ(wait_for_running(farm, "trouble/slow-0", kPatience_s), 1);
+  const auto id = submit("[trouble]\nslow = 1\nslow_ms = 2500\n");
+  ASSERT_TRUE(wait_for_running(farm, "trouble/slow-0", 1, kPatience_s));
   signal_all(sleeper, SIGSTOP);
   ShortWorker other(farm, "other", {.slots = 1});
-  ASSERT_EQ(wait_for_running(farm, "trouble/slow-0", kPatience_s), 2) << "the job went to the other worker";
+  ASSERT_TRUE(wait_for_running(farm, "trouble/slow-0", 2, kPatience_s)) << "the job went to the other worker";
   signal_all(sleeper, SIGCONT);
   EXPECT_EQ(wait_for_end(farm, id, kPatience_s), "done");
   expect_all_done_once(farm, shot());
@@ -113,34 +114,33 @@ TEST_F(Recovery, AStoppedWorkerThatGoesOnAfterItsLeaseDoesNoHarm) {
 /// Only the worker sleeps; its job goes on and commits: that result is found and nothing is done again.
 TEST_F(Recovery, AResultThatCameWhileItsWorkerSleptIsUsed) {
   ShortWorker sleeper(farm, "sleeper", {.slots = 1});
-  const auto id = submit("[seed]\nnum_jobs = 1\n[trouble]\nslow = 1\nslow_ms = 500\n");
-  ASSERT_EQ(wait_for_running(farm, "trouble/slow-0", kPatience_s), 1);
+  const auto id = submit("[trouble]\nslow = 1\nslow_ms = 500\n");
+  ASSERT_TRUE(wait_for_running(farm, "trouble/slow-0", 1, kPatience_s));
   sleeper.signal(SIGSTOP);
   EXPECT_EQ(wait_for_end(farm, id, kPatience_s), "done");
   sleeper.signal(SIGCONT);
   expect_all_done_once(farm, shot());
   EXPECT_EQ(job_of(farm, "trouble/slow-0").num_attempts, 1);
-  EXPECT_TRUE(wait_until([&] { return read_file(sleeper.state() / "outbox.json").size() <= 3; }, 5))
+  EXPECT_TRUE(wait_until(
+      [&] { return fs::exists(sleeper.state() / "outbox.json") && read_json(sleeper.state() / "outbox.json").empty(); },
+      5))
       << "the late report is acknowledged";
 }
 
-/// A machine was cloned with its worker's folder: the one that started last counts, and people are told.
+/// A machine was cloned with its worker's folder.
 TEST_F(Recovery, TwoWorkersWithOneIdDoNothingTwice) {
   ShortWorker original(farm, "original", {.slots = 1});
   const auto id = submit("[seed]\nnum_jobs = 30\npause_ms = 100\n[trouble]\nslow = 1\nslow_ms = 1500\n");
-  ASSERT_EQ(wait_for_running(farm, "trouble/slow-0", kPatience_s), 1);
+  ASSERT_TRUE(wait_for_running(farm, "trouble/slow-0", 1, kPatience_s));
   fs::create_directories(folder.path() / "clone");
   fs::copy(original.state() / "worker.json", folder.path() / "clone/worker.json");
   ShortWorker clone(farm, "clone", {.slots = 1});
   EXPECT_EQ(wait_for_end(farm, id, 60), "done");
   EXPECT_EQ(original.id(), clone.id());
   expect_all_done_once(farm, shot());
-  EXPECT_THAT(farm.ask({"workers"}), HasSubstr("two workers with one id"));
-  // Once the clone has an identity of its own, both work.
-  clone.kill();
-  fs::remove(clone.state() / "worker.json");
-  clone.start();
-  EXPECT_TRUE(wait_until([&] { return farm.get("/workers").at("workers").size() == 2; }, kPatience_s));
+  // The older one gives way, and says how both can work.
+  EXPECT_TRUE(wait_until([&] { return !original.is_running(); }, 5));
+  EXPECT_THAT(original.printed(), HasSubstr("another worker with this identity"));
 }
 
 }  // namespace

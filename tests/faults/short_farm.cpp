@@ -1,20 +1,18 @@
 #include "tests/faults/short_farm.h"
 
 #include <arpa/inet.h>
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <httplib.h>
 #include <netinet/in.h>
-#include <sched.h>
 #include <signal.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <random>
-#include <thread>
 
 #include "schema/base/error.h"
 #include "schema/base/files.h"
+#include "tests/support/network.h"
 
 namespace vantage::faults {
 namespace fs = std::filesystem;
@@ -37,23 +35,6 @@ int free_port() {
     close(fd);
     if (is_free) return port;
   }
-}
-
-/// Runs fn in a thread that has moved to the namespace; here when it has no name.
-void in_netns(const std::string& name, const std::function<void()>& fn) {
-  if (name.empty()) return fn();
-  std::exception_ptr failure;
-  std::thread([&] {
-    try {
-      const int fd = open(("/run/netns/" + name).c_str(), O_RDONLY | O_CLOEXEC);
-      check(fd >= 0 && setns(fd, CLONE_NEWNET) == 0, "the namespace is there: " + name);
-      close(fd);
-      fn();
-    } catch (...) {
-      failure = std::current_exception();
-    }
-  }).join();
-  if (failure) std::rethrow_exception(failure);
 }
 
 std::string read_if_there(const fs::path& file) { return fs::exists(file) ? read_file(file) : ""; }

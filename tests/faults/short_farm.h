@@ -17,8 +17,8 @@ void write_short_shot(const std::filesystem::path& shot, const std::string& tabl
 
 /// Where a process runs: in a network namespace, with more in its environment ("NAME=value").
 struct Place {
-  std::string netns;
-  std::vector<std::string> environment;
+  std::string netns{};
+  std::vector<std::string> environment{};
 };
 /// The command line that runs argv there. The process that is started becomes the program.
 std::vector<std::string> at_place(const Place& place, const std::vector<std::string>& argv);
@@ -27,7 +27,7 @@ class ShortFarm {
  public:
   struct Settings {
     int lease_ms = 2000;
-    std::string bus;                       ///< LCM URL; empty: its own broker
+    std::string bus{};                       ///< LCM URL; empty: its own broker
     std::string bus_listen = "127.0.0.1";  ///< address of that
     Place place{};
   };
@@ -73,8 +73,8 @@ class ShortWorker {
     int slots = 2;
     int ram_mb = 4000;
     Place place{};
-    std::string bus;      ///< empty: the farm's
-    std::string program;  ///< empty: vantage-short-worker
+    std::string bus{};      ///< empty: the farm's
+    std::string program{};  ///< empty: vantage-short-worker
   };
   ShortWorker(ShortFarm& farm, const std::string& name) : ShortWorker(farm, name, Settings{}) {}
   /// Starts it. name: of its state folder below the farm's folder.

@@ -9,12 +9,12 @@ namespace vantage {
 /// Bytes that follow from the job's number and the salt alone.
 struct SeedJob {
   struct Params {
-    int num_jobs = 10;
+    int num_jobs = 0;
     int num_bytes = 200;
     int pause_ms = 0;
     std::string salt;
     void fields(auto&& field) {
-      field("num_jobs", num_jobs, Range{1, 1e6}, "how many");
+      field("num_jobs", num_jobs, Range{0, 1e6}, "how many");
       field("num_bytes", num_bytes, Range{1, 1e9}, "size of each output");
       field("pause_ms", pause_ms, Range{0, 1e6}, "how long each takes besides");
       field("salt", salt, Any{}, "what the bytes follow from, besides the number");
