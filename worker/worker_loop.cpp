@@ -85,7 +85,7 @@ class Worker {
       send_report_when_due();
       save_outbox();
     }
-    return 0;
+    return exit_code_;
   }
 
  private:
@@ -143,7 +143,20 @@ class Worker {
 
   void take_messages() {
     for (const Message& message : endpoint_.take())
-      if (const auto* orders = std::get_if<WorkerOrders>(&message)) apply(agent_.on_orders(*orders, now_ms()));
+      if (const auto* orders = std::get_if<WorkerOrders>(&message)) {
+        apply(agent_.on_orders(*orders, now_ms()));
+        if (orders->incarnation > state_.incarnation()) give_way();
+      }
+  }
+
+  /// The farm talks to a later start with our id, and our lock says that it is not in our folder.
+  void give_way() {
+    if (std::exchange(exit_code_, 1) == 1) return;
+    spdlog::error(
+        "{}: another worker with this identity has started, from a copy of this folder: remove worker.json from one "
+        "of the two and start that one again",
+        state_.folder().string());
+    quit();
   }
 
   void take_exits() {
@@ -296,6 +309,7 @@ class Worker {
   fs::path program_ = fs::read_symlink("/proc/self/exe");
   std::map<AttemptRef, std::pair<fs::path, std::string>> stores_;  ///< store and key of running attempts
   bool asked_to_stop_ = false, quit_ = false;
+  int exit_code_ = 0;
   bool changed_ = true, outbox_grew_ = false, was_connected_ = false;
   std::int64_t last_report_ms_ = 0, next_report_ms_ = 0, next_tick_ms_ = 0, next_outbox_ms_ = 0, drained_at_ms_ = -1;
   std::size_t num_saved_ = 0;

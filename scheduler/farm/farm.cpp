@@ -112,6 +112,7 @@ class FarmScheduler::Impl {
   const Options& options() const { return options_; }
   const fs::path& state_dir() const { return state_dir_; }
   const std::string& farm_id() const { return identity_.id; }
+  DropCounts dropped_messages() const { return endpoint_->drops(); }
   void set_http_address(const std::string& address) {
     const std::lock_guard lock(mutex_);
     http_address_ = address;
@@ -330,6 +331,7 @@ FarmScheduler::~FarmScheduler() = default;
 const std::string& FarmScheduler::bus_url() const { return impl_->options().bus_url; }
 fs::path FarmScheduler::key_file() const { return impl_->state_dir() / "farm.key"; }
 fs::path FarmScheduler::state_dir() const { return impl_->state_dir(); }
+DropCounts FarmScheduler::dropped_messages() const { return impl_->dropped_messages(); }
 std::string FarmScheduler::farm_id() const { return impl_->farm_id(); }
 void FarmScheduler::set_http_address(const std::string& address) { impl_->set_http_address(address); }
 

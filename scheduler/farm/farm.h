@@ -12,6 +12,7 @@
 #include "scheduler/dispatch/command.h"
 #include "scheduler/farm/progress.h"
 #include "schema/base/ids.h"
+#include "schema/messages/codec.h"
 
 namespace vantage {
 
@@ -55,6 +56,8 @@ class FarmScheduler {
   std::filesystem::path state_dir() const;  ///< for open_farm_to_read()
   std::string farm_id() const;
   void set_http_address(const std::string& address);
+  /// Messages that came to the scheduler and were not believed, by reason, since its start.
+  DropCounts dropped_messages() const;
 
   /// The future throws Error(BadInput) for a shot that cannot be planned: one clear line.
   std::future<SubmitResult> submit(SubmitRequest request);

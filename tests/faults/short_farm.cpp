@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <random>
+#include <sstream>
 
 #include "schema/base/error.h"
 #include "schema/base/files.h"
@@ -84,7 +85,7 @@ void ShortFarm::launch() {
 void ShortFarm::start() {
   launch();
   const bool answers =
-      wait_until([&] { return scheduler_->ended() || try_get("/shots").has_value(); }, kStartPatience_s);
+      wait_until([&] { return scheduler_->ended() || try_get("/api/v1/shots").has_value(); }, kStartPatience_s);
   check(answers && !scheduler_->ended(), "the scheduler starts; it printed: " + printed());
 }
 
@@ -93,21 +94,27 @@ void ShortFarm::kill() {
   scheduler_->wait();
 }
 
-std::optional<Json> ShortFarm::try_get(const std::string& path) {
-  std::optional<Json> answer;
+std::optional<std::string> ShortFarm::try_get(const std::string& path) {
+  std::optional<std::string> answer;
   in_netns(settings_.place.netns, [&] {
     httplib::Client http("127.0.0.1", http_port_);
     http.set_read_timeout(10);
-    if (const auto result = http.Get("/api/v1" + path); result && result->status == 200)
-      answer = Json::parse(result->body);
+    if (const auto result = http.Get(path); result && result->status == 200) answer = result->body;
   });
   return answer;
 }
 
 Json ShortFarm::get(const std::string& path) {
-  auto answer = try_get(path);
+  const auto answer = try_get("/api/v1" + path);
   check(answer.has_value(), "the scheduler answers " + path);
-  return *answer;
+  return Json::parse(*answer);
+}
+
+double ShortFarm::metric(const std::string& name) {
+  std::istringstream lines(try_get("/metrics").value_or(""));
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with(name + " ")) return std::stod(line.substr(name.size() + 1));
+  return 0;
 }
 
 Json ShortFarm::post(const std::string& path, const Json& body) {

@@ -27,7 +27,7 @@ class ShortFarm {
  public:
   struct Settings {
     int lease_ms = 2000;
-    std::string bus{};                       ///< LCM URL; empty: its own broker
+    std::string bus{};                     ///< LCM URL; empty: its own broker
     std::string bus_listen = "127.0.0.1";  ///< address of that
     Place place{};
   };
@@ -50,6 +50,8 @@ class ShortFarm {
   /// `vantage ARGS --server URL`, as a person would ask.
   std::string ask(std::vector<std::string> arguments);
   Json get(const std::string& path);
+  /// Value of a line of /metrics that begins so; 0 when there is none.
+  double metric(const std::string& name);
   Json post(const std::string& path, const Json& body);
 
   const std::filesystem::path& folder() const { return folder_; }
@@ -59,7 +61,7 @@ class ShortFarm {
   std::string url() const;
 
  private:
-  std::optional<Json> try_get(const std::string& path);
+  std::optional<std::string> try_get(const std::string& path);
 
   std::filesystem::path folder_;
   Settings settings_;

@@ -1,6 +1,6 @@
 #pragma once
 /// Kinds of jobs that take milliseconds and need no footage, for tests of the farm itself. A shot of them is a
-/// shot.toml with two cameras that nobody opens and the tables [seed], [mix], [join] and [trouble].
+/// shot.toml with two cameras that nobody opens and a table for each kind.
 #include "jobs/job_context.h"
 #include "jobs/kind_entry.h"
 
@@ -47,6 +47,32 @@ struct JoinJob {
     void fields(auto&& field) { field("num_jobs", num_jobs, Range{0, 1e5}, "how many: each takes its share of mixes"); }
   };
   static KindSpec spec() { return {.name = "join", .version = 1, .reads = "mixes", .publishes = "bytes"}; }
+  static std::vector<WorkUnit> split(const ShotState& state, const Params& params);
+  static void run(JobContext& context, const Params& params);
+};
+
+/// Nothing at all, within the worker and without a result: as many as one likes.
+struct BlipJob {
+  struct Params {
+    int num_jobs = 0;
+    void fields(auto&& field) { field("num_jobs", num_jobs, Range{0, 1e6}, "how many"); }
+  };
+  static KindSpec spec() {
+    return {.name = "blip", .version = 1, .reads = "nothing", .publishes = "", .in_worker = true};
+  }
+  static std::vector<WorkUnit> split(const ShotState& state, const Params& params);
+  static void run(JobContext& context, const Params& params);
+};
+
+/// Needs the program vantage-short-tool, which a test puts on the PATH of some workers.
+struct ToolJob {
+  struct Params {
+    int num_jobs = 0;
+    void fields(auto&& field) { field("num_jobs", num_jobs, Range{0, 1e5}, "how many"); }
+  };
+  static KindSpec spec() {
+    return {.name = "tool", .version = 1, .reads = "nothing", .publishes = "bytes", .programs = "vantage-short-tool"};
+  }
   static std::vector<WorkUnit> split(const ShotState& state, const Params& params);
   static void run(JobContext& context, const Params& params);
 };

@@ -9,6 +9,7 @@
 #include "schema/base/error.h"
 #include "schema/base/files.h"
 #include "schema/base/hash.h"
+#include "schema/base/program.h"
 #include "tests/support/short_jobs/short_jobs.h"
 
 namespace vantage {
@@ -65,6 +66,14 @@ void MixJob::run(JobContext& context, const Params& params) {
 void JoinJob::run(JobContext& context, const Params&) {
   note_in_journal("join", context);
   write_bytes(context, bytes_of(all_inputs(context), 200));
+}
+
+void BlipJob::run(JobContext&, const Params&) {}
+
+void ToolJob::run(JobContext& context, const Params&) {
+  if (const int status = run_program({"vantage-short-tool"}, {}); status != 0)
+    throw Error(ErrorKind::Bug, fmt::format("vantage-short-tool ended with status {}", status));
+  write_bytes(context, bytes_of(context.unit().dump(), 20));
 }
 
 }  // namespace vantage

@@ -9,6 +9,19 @@ constexpr Need kSmall{.cores = 1, .ram_mb = 16, .timeout_s = 600};
 
 std::string name_of(const char* kind, int index) { return fmt::format("{}/{:05}", kind, index); }
 
+/// Jobs that need nothing and differ by their number only.
+std::vector<WorkUnit> numbered(const char* kind, int num) {
+  std::vector<WorkUnit> units;
+  for (int i = 0; i < num; ++i) {
+    WorkUnit unit;
+    unit.name = name_of(kind, i);
+    unit.unit = {{"index", i}};
+    unit.need = kSmall;
+    units.push_back(std::move(unit));
+  }
+  return units;
+}
+
 int num_jobs_of(const ShotState& state, const char* kind, int fallback) {
   const Section section = state.shot().section(kind);
   const auto found = section.values.find("num_jobs");
@@ -18,8 +31,9 @@ int num_jobs_of(const ShotState& state, const char* kind, int fallback) {
 }  // namespace
 
 const std::vector<KindEntry>& short_kinds() {
-  static const std::vector<KindEntry> kinds{kind_entry_of<SeedJob>(), kind_entry_of<MixJob>(), kind_entry_of<JoinJob>(),
-                                            kind_entry_of<TroubleJob>()};
+  static const std::vector<KindEntry> kinds{kind_entry_of<SeedJob>(), kind_entry_of<MixJob>(),
+                                            kind_entry_of<JoinJob>(), kind_entry_of<TroubleJob>(),
+                                            kind_entry_of<BlipJob>(), kind_entry_of<ToolJob>()};
   return kinds;
 }
 
@@ -71,6 +85,13 @@ std::vector<WorkUnit> JoinJob::split(const ShotState& state, const Params& param
     units.push_back(std::move(unit));
   }
   return units;
+}
+
+std::vector<WorkUnit> BlipJob::split(const ShotState&, const Params& params) {
+  return numbered("blip", params.num_jobs);
+}
+std::vector<WorkUnit> ToolJob::split(const ShotState&, const Params& params) {
+  return numbered("tool", params.num_jobs);
 }
 
 std::vector<WorkUnit> TroubleJob::split(const ShotState&, const Params& params) {
