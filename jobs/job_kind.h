@@ -25,6 +25,9 @@ struct KindSpec {
   std::string_view programs = {};
 };
 
+/// Content hash of a job whose kind leaves no artifact behind.
+inline constexpr std::string_view kNothingPublished = "nothing";
+
 /// What an attempt may use.
 struct Need {
   int cores = 1;

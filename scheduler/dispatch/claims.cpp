@@ -11,16 +11,35 @@
 namespace vantage {
 namespace {
 
-/// Jobs shorter than this are handed out one ahead per slot: the way there and back would show in the total.
+/// Jobs shorter than this are handed out ahead: the way there and back would show in the total.
 constexpr double kPrefetchBelowMs = 2'000;
+/// So much work ahead per slot bridges a slow commit and a lost message.
+constexpr double kPrefetchMs = 200;
+constexpr double kMaxAheadPerSlot = 256;
 /// A worker with less room than this would only fail.
 constexpr int kMinFreeDiskMb = 100;
+/// What no event tells, such as the clock, is looked at this often.
+constexpr std::int64_t kClaimMs = 100;
 
 }  // namespace
+
+/// What a worker can still take, counted down while jobs are handed out.
+struct Dispatcher::Room {
+  LiveWorker* worker = nullptr;
+  int free_cores = 0, free_ram_mb = 0, largest_cores = 0, largest_ram_mb = 0;
+  bool reserved = false;  ///< takes only what must run alone
+  bool full = false;
+};
 
 void Dispatcher::on_tick(std::int64_t now_ms) {
   stop_revoked();
   expire_leases(now_ms);
+  store_.wake_waiting();
+  const bool news = may_claim_ || store_.num_woken() != num_woken_seen_ || now_ms >= next_claim_ms_;
+  if (!news) return;
+  may_claim_ = false;
+  num_woken_seen_ = store_.num_woken();
+  next_claim_ms_ = now_ms + kClaimMs;
   claim_for_all(now_ms);
 }
 
@@ -38,96 +57,139 @@ void Dispatcher::expire_leases(std::int64_t now_ms) {
   stop_revoked();
 }
 
-Store::Fit Dispatcher::largest_worker() const {
-  Store::Fit fit;
-  for (const auto& [id, worker] : workers_) {
+/// Workers that take work and have room for more: as many as they have slots, or some ahead.
+std::vector<Dispatcher::Room> Dispatcher::rooms() {
+  std::vector<Room> rooms;
+  int largest_cores = 0, largest_ram_mb = 0;
+  for (auto& [id, worker] : workers_) {
     if (!worker.takes_work()) continue;
-    fit.largest_cores = std::max(fit.largest_cores, worker.report.cores);
-    fit.largest_ram_mb = std::max(fit.largest_ram_mb, worker.report.ram_mb);
+    largest_cores = std::max(largest_cores, worker.report.cores);
+    largest_ram_mb = std::max(largest_ram_mb, worker.report.ram_mb);
+    const bool disk_full = worker.report.free_disk_mb > 0 && worker.report.free_disk_mb < kMinFreeDiskMb;
+    if (disk_full || worker.runs_something_alone()) continue;
+    rooms.push_back({.worker = &worker,
+                     .free_cores = worker.report.cores - worker.used_cores(),
+                     .free_ram_mb = worker.report.ram_mb - worker.used_ram_mb()});
   }
-  return fit;
+  for (Room& room : rooms) room.largest_cores = largest_cores, room.largest_ram_mb = largest_ram_mb;
+  return rooms;
 }
 
-/// First every free slot of every worker, round by round so that work spreads; then one ahead. While a job waits to run
-/// alone, the first worker takes nothing else until it is empty.
+/// First every free slot of every worker, round by round so that work spreads; then some ahead. While a job waits to
+/// run alone, the first worker takes nothing else until it is empty.
 void Dispatcher::claim_for_all(std::int64_t now_ms) {
-  const Store::Fit largest = largest_worker();
-  const std::string* reserved = nullptr;
-  if (store_.waits_to_run_alone()) {
-    const auto first =
-        std::find_if(workers_.begin(), workers_.end(), [](const auto& w) { return w.second.takes_work(); });
-    if (first != workers_.end()) reserved = &first->first;
-  }
+  std::vector<Room> with_room = rooms();
+  if (with_room.empty()) return;
+  ReadyJobs ready(store_);
+  if (ready.empty()) return;
+  if (ready.waits_to_run_alone()) with_room.front().reserved = !with_room.front().worker->held.empty();
   for (const Claim claim : {Claim::Run, Claim::Prefetch}) {
+    for (Room& room : with_room) room.full = room.reserved;
     for (bool again = true; again;) {
       again = false;
-      for (auto& [id, worker] : workers_) {
-        if (reserved != nullptr && *reserved == id && !worker.held.empty()) continue;
-        again |= worker.takes_work() && claim_one(worker, claim, largest, now_ms);
+      for (Room& room : with_room) {
+        if (!room.full) room.full = !claim_one(room, claim, ready, now_ms);
+        again |= !room.full;
       }
     }
   }
 }
 
-bool Dispatcher::claim_one(LiveWorker& worker, Claim claim, const Store::Fit& largest, std::int64_t now_ms) {
+int Dispatcher::num_ahead_per_slot(const std::string& kind) const {
+  const auto mean = mean_wall_ms_.find(kind);
+  if (mean == mean_wall_ms_.end() || mean->second >= kPrefetchBelowMs) return 0;
+  return static_cast<int>(std::clamp(kPrefetchMs / std::max(mean->second, 1e-3), 1.0, kMaxAheadPerSlot));
+}
+
+/// A job that asks for more than any worker has gets the whole of one.
+bool Dispatcher::suits(const Room& room, Claim claim, const ReadyClass& ready) const {
+  const LiveWorker& worker = *room.worker;
   const auto slots = static_cast<std::size_t>(worker.report.slots);
-  const bool disk_full = worker.report.free_disk_mb > 0 && worker.report.free_disk_mb < kMinFreeDiskMb;
-  if (worker.held.size() >= (claim == Claim::Run ? slots : 2 * slots) || worker.runs_something_alone() || disk_full)
-    return false;
-  Store::Fit fit = largest;
-  fit.free_cores = worker.report.cores - (claim == Claim::Run ? worker.used_cores() : 0);
-  fit.free_ram_mb = worker.report.ram_mb - (claim == Claim::Run ? worker.used_ram_mb() : 0);
-  fit.alone = worker.held.empty();
-  const auto job = store_.next_to_claim(fit);
+  const auto num_ahead = claim == Claim::Run ? 0U : static_cast<std::size_t>(num_ahead_per_slot(ready.kind));
+  if (worker.held.size() >= slots * (1 + num_ahead)) return false;
+  if (ready.alone && !worker.held.empty()) return false;
+  const int free_cores = claim == Claim::Run ? room.free_cores : worker.report.cores;
+  const int free_ram_mb = claim == Claim::Run ? room.free_ram_mb : worker.report.ram_mb;
+  return std::min(ready.cores, room.largest_cores) <= free_cores &&
+         std::min(ready.ram_mb, room.largest_ram_mb) <= free_ram_mb;
+}
+
+/// What a single job adds to its class.
+bool Dispatcher::suits(const LiveWorker&, const JobRow&) const { return true; }
+
+/// False when the worker has no room for anything that is ready.
+bool Dispatcher::claim_one(Room& room, Claim claim, ReadyJobs& ready, std::int64_t now_ms) {
+  if (room.worker->runs_something_alone()) return false;
+  const auto job = ready.take([&](const ReadyClass& r) { return suits(room, claim, r); },
+                              [&](const JobRow& j) { return suits(*room.worker, j); });
   if (!job) return false;
-  if (claim == Claim::Prefetch) {
-    const auto mean = mean_wall_ms_.find(job->kind);
-    if (mean == mean_wall_ms_.end() || mean->second >= kPrefetchBelowMs) return false;
-  }
-  hand_out(worker, *job, now_ms);
+  if (!hand_out(*room.worker, *job, now_ms)) return true;
+  room.free_cores -= std::min(job->cores, room.worker->report.cores);
+  room.free_ram_mb -= std::min(job->ram_mb, room.worker->report.ram_mb);
   return true;
 }
 
 /// The job leaves the state ready: for the worker, or, when its result or its footage say otherwise, for another state.
-void Dispatcher::hand_out(LiveWorker& worker, const JobRow& job, std::int64_t now_ms) {
-  if (job.num_attempts > 0 && planner_.salvage(job, JobState::Skipped, "a lost attempt had finished it")) return;
-  if (!planner_.move_suspect_aside(job)) return;
+bool Dispatcher::hand_out(LiveWorker& worker, const JobRow& job, std::int64_t now_ms) {
+  if (job.num_attempts > 0 && planner_.salvage(job, JobState::Skipped, "a lost attempt had finished it")) return false;
+  if (!planner_.move_suspect_aside(job)) return false;
+  const bool in_worker = planner_.runs_in_worker(job.kind);
+  const std::string log_path =
+      in_worker
+          ? ""
+          : (planner_.private_folder(job.shot) / "logs" / fmt::format("{}.{}.log", job.name, job.num_attempts + 1))
+                .string();
+  AttemptRef ref{.job_id = job.id.value, .number = job.num_attempts + 1};
+  ref.token = static_cast<std::int64_t>(options_.random() >> 1U);
+  Held held;
   try {
-    if (job_key(planner_.job_file(job)) != job.key) {  // footage was replaced since the job became ready
+    if (!planner_.key_holds(job)) {  // footage was replaced since the job became ready
       planner_.recheck(job);
-      return;
+      return false;
     }
+    held = held_of(job, ref, log_path, now_ms);
   } catch (const Error& e) {
     if (e.kind() == ErrorKind::Bug) throw;
     planner_.recheck(job);
-    return;
+    return false;
   }
-  const auto log =
-      planner_.private_folder(job.shot) / "logs" / fmt::format("{}.{}.log", job.name, job.num_attempts + 1);
-  std::filesystem::create_directories(log.parent_path());
-  const auto token = static_cast<std::int64_t>(options_.random() >> 1U);
-  const AttemptRef ref = store_.begin_attempt(job, worker.report.worker_id, token, log.string());
-  store_.move(job.id, JobState::Leased, job.reason);
-  store_.add_event(job.shot, job.id, worker.report.worker_id, "attempt",
-                   fmt::format("attempt {} to {}", ref.number, worker.report.worker_id));
-  worker.held[ref] = {.assignment = make_assignment(job, ref, log.string()),
-                      .claimed_ms = now_ms,
-                      .lease_until_ms = now_ms + options_.lease_ms,
-                      .alone = job.num_crashes > 0};
+  if (!in_worker) std::filesystem::create_directories(std::filesystem::path(log_path).parent_path());
+  store_.begin_attempt(job, ref, worker.report.worker_id, log_path);
+  worker.held.insert_or_assign(ref, std::move(held));
   worker.changed = true;
   planner_.touch(job.shot);
+  return true;
 }
 
-Assignment Dispatcher::make_assignment(const JobRow& job, const AttemptRef& ref, const std::string& log_path) {
-  const auto spec = planner_.private_folder(job.shot) / "specs" / (job.name + ".json");
-  return {.ref = ref,
-          .spec_path = spec.string(),
-          .spec_hash = write_spec_file(spec, planner_.job_file(job)),
-          .log_path = log_path,
-          .cores = job.cores,
-          .ram_mb = job.ram_mb,
-          .timeout_s = job.timeout_s,
-          .kind = fmt::format("{}/{}", job.kind, job.version)};
+Held Dispatcher::held_of(const JobRow& job, const AttemptRef& ref, const std::string& log_path, std::int64_t now_ms) {
+  Held held;
+  held.assignment = {.ref = ref,
+                     .spec_path = {},
+                     .spec_hash = {},
+                     .log_path = log_path,
+                     .cores = job.cores,
+                     .ram_mb = job.ram_mb,
+                     .timeout_s = job.timeout_s,
+                     .kind = fmt::format("{}/{}", job.kind, job.version)};
+  write_spec(job, held.assignment);
+  held.shot = job.shot;
+  held.kind = job.kind;
+  held.key = job.key;
+  held.claimed_ms = now_ms;
+  held.lease_until_ms = now_ms + options_.lease_ms;
+  held.alone = job.num_crashes > 0;
+  return held;
+}
+
+/// What runs inside the worker needs no more than fits into the orders.
+void Dispatcher::write_spec(const JobRow& job, Assignment& assignment) {
+  if (planner_.runs_in_worker(job.kind)) {
+    assignment.spec = fmt::format(R"({{"params":{},"unit":{}}})", job.params, job.unit);
+    return;
+  }
+  const auto path = planner_.private_folder(job.shot) / "specs" / (job.name + ".json");
+  assignment.spec_path = path.string();
+  assignment.spec_hash = write_spec_file(path, planner_.job_file(job));
 }
 
 }  // namespace vantage

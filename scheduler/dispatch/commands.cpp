@@ -31,6 +31,7 @@ struct Dispatcher::Target {
 
 CommandResult Dispatcher::on_command(const Command& command) {
   stop_revoked();
+  may_claim_ = true;
   const ActingAs acting(store_, command.who);
   CommandResult result = is_for_worker(command.verb) ? on_worker_command(command) : on_job_command(command);
   if (!command.dry_run) store_.add_event(command.shot, command.job, command.worker, "command", result.text);

@@ -6,7 +6,6 @@
 
 #include "scheduler/dispatch/retry.h"
 #include "schema/base/error.h"
-#include "schema/formats/manifest.h"
 
 namespace vantage {
 namespace {
@@ -18,6 +17,10 @@ constexpr std::int64_t kTakeUpMs = 5'000;
 constexpr std::int64_t kWorkerRowMs = 5'000;
 
 bool has_started(const RunningAttempt& running) { return !running.phase.empty() && running.phase != "queued"; }
+
+bool contains(const std::vector<AttemptRef>& sorted, const AttemptRef& ref) {
+  return std::binary_search(sorted.begin(), sorted.end(), ref);
+}
 
 bool same_machine(const WorkerReport& a, const WorkerReport& b) {
   return a.incarnation == b.incarnation && a.host == b.host && a.pool == b.pool && a.slots == b.slots &&
@@ -52,18 +55,25 @@ void Dispatcher::expect_back(const AttemptRow& attempt, std::int64_t now_ms) {
   store_.move(job.id, JobState::Reconnect, job.reason);
   LiveWorker& worker = workers_[attempt.worker_id];
   try {
-    worker.held[attempt.ref] = {.assignment = make_assignment(job, attempt.ref, attempt.log_path),
-                                .claimed_ms = now_ms,
-                                .lease_until_ms = now_ms + options_.lease_ms,
-                                .started = attempt.state == "running",
-                                .alone = job.num_crashes > 0};
+    Held held = held_of(job, attempt.ref, attempt.log_path, now_ms);
+    held.started = attempt.state == "running";
+    held.reconnects = true;
+    worker.held.insert_or_assign(attempt.ref, std::move(held));
   } catch (const Error& e) {  // its footage is gone: the next claim says so
     lose(worker, attempt.ref, e.what());
   }
 }
 
+Dispatcher::Listed::Listed(const WorkerReport& report) {
+  for (const auto& item : report.running) running.push_back(item.ref);
+  for (const auto& item : report.done_unacked) done.push_back(item.ref);
+  for (auto* refs : {&running, &done})
+    if (!std::is_sorted(refs->begin(), refs->end())) std::sort(refs->begin(), refs->end());
+}
+
 void Dispatcher::on_report(const WorkerReport& report, std::int64_t now_ms) {
   stop_revoked();
+  if (report.epoch_seen != epoch_) return greet(report);
   LiveWorker& worker = workers_[report.worker_id];
   const WorkerReport& last = worker.report;
   const bool older = report.incarnation < last.incarnation ||
@@ -74,8 +84,27 @@ void Dispatcher::on_report(const WorkerReport& report, std::int64_t now_ms) {
   for (const auto& running : report.running) on_running(worker, running, now_ms);
   for (const auto& done : report.done_unacked) on_done(worker, done, now_ms);
   stop_revoked();
-  drop_forgotten(worker, reborn, now_ms);
-  forget_settled(worker);
+  const Listed listed(report);
+  drop_forgotten(worker, listed, reborn, now_ms);
+  forget_settled(worker, listed);
+}
+
+/// Nothing is noted of it: who it is and what it has counts when it says so in this epoch.
+void Dispatcher::greet(const WorkerReport& report) {
+  const auto known = workers_.find(report.worker_id);
+  if (known != workers_.end() && report.incarnation < known->second.report.incarnation) return;
+  to_greet_.insert_or_assign(report.worker_id, report);
+}
+
+void Dispatcher::on_stall(std::int64_t stall_ms) {
+  for (auto& [id, worker] : workers_) {
+    if (worker.seen_ms > 0) worker.seen_ms += stall_ms;
+    for (auto& [ref, held] : worker.held) {
+      held.lease_until_ms += stall_ms;
+      held.claimed_ms += stall_ms;
+    }
+  }
+  reconcile_until_ms_ += stall_ms;
 }
 
 void Dispatcher::note_worker(LiveWorker& worker, const WorkerReport& report, std::int64_t now_ms) {
@@ -85,6 +114,7 @@ void Dispatcher::note_worker(LiveWorker& worker, const WorkerReport& report, std
   worker.report = report;
   worker.seen_ms = now_ms;
   worker.lost = false;
+  may_claim_ |= news;
   if (!news && now_ms - worker.written_ms < kWorkerRowMs) return;
   store_.upsert_worker(report, worker.drained || report.draining ? "draining" : "active");
   if (news)
@@ -102,13 +132,21 @@ void Dispatcher::on_running(LiveWorker& worker, const RunningAttempt& running, s
   }
   Held& held = found->second;
   held.lease_until_ms = now_ms + options_.lease_ms;
-  const JobRow job = *store_.job({running.ref.job_id});
-  if (has_started(running) && !held.started) store_.start_attempt(running.ref);
-  held.started |= has_started(running);
-  const JobState to = held.started ? JobState::Running : JobState::Leased;
-  if (job.state != to) store_.move(job.id, to, job.reason);
-  store_.set_progress(job.id, running.phase, running.progress);
-  planner_.touch(job.shot);
+  const bool starts = has_started(running) && !held.started;
+  if (starts) store_.start_attempt(running.ref);
+  held.started |= starts;
+  if (starts || held.reconnects) {
+    const JobRow job = *store_.job({running.ref.job_id});
+    store_.move(job.id, held.started ? JobState::Running : JobState::Leased, job.reason);
+    held.reconnects = false;
+    planner_.touch(held.shot);
+  }
+  if (held.started && (held.phase != running.phase || held.progress != running.progress)) {
+    store_.set_progress({running.ref.job_id}, running.phase, running.progress);
+    held.phase = running.phase;
+    held.progress = running.progress;
+    planner_.touch(held.shot);
+  }
 }
 
 /// A worker reports an attempt that it should not have: thought lost, but its job was not given to another yet?
@@ -123,17 +161,22 @@ void Dispatcher::readopt_or_cancel(LiveWorker& worker, const RunningAttempt& run
   }
   store_.reopen_attempt(running.ref);
   store_.move(job->id, JobState::Leased, job->reason);
-  worker.held[running.ref] = {.assignment = make_assignment(*job, running.ref, attempt->log_path),
-                              .claimed_ms = now_ms,
-                              .lease_until_ms = now_ms + options_.lease_ms,
-                              .alone = job->num_crashes > 0};
+  worker.held.insert_or_assign(running.ref, held_of(*job, running.ref, attempt->log_path, now_ms));
   worker.changed = true;
   on_running(worker, running, now_ms);
 }
 
 void Dispatcher::on_done(LiveWorker& worker, const DoneAttempt& done, std::int64_t now_ms) {
   if (worker.acked.contains(done.ref)) return;  // the ack is in every orders until the worker has seen it
-  const auto attempt = store_.attempt(done.ref);
+  stop_revoked();
+  const auto held = worker.held.find(done.ref);
+  const auto attempt = held == worker.held.end() ? store_.attempt(done.ref)
+                                                 : std::optional(AttemptRow{.ref = done.ref,
+                                                                            .worker_id = {},
+                                                                            .key = held->second.key,
+                                                                            .state = "running",
+                                                                            .outcome = {},
+                                                                            .log_path = {}});
   if (!attempt) {
     store_.add_event(
         std::nullopt, std::nullopt, worker.report.worker_id, "warning",
@@ -151,18 +194,18 @@ void Dispatcher::on_done(LiveWorker& worker, const DoneAttempt& done, std::int64
 }
 
 /// The store is the truth: a result counts when its manifest is there and is what the worker says, whoever made it and
-/// however late. False: not readable yet, ask again.
+/// however late. Of a kind that leaves nothing behind the worker's word is all there is. False: not readable yet, ask
+/// again.
 bool Dispatcher::accept(LiveWorker& worker, const AttemptRow& attempt, const DoneAttempt& done, std::int64_t now_ms) {
-  const JobRow job = *store_.job({done.ref.job_id});
+  const JobBrief job = *store_.brief({done.ref.job_id});
   const bool wanted = (is_active(job.state) || job.state == JobState::Ready || job.state == JobState::Paused) &&
                       job.key == attempt.key && attempt.outcome != "done";
   if (!wanted) {  // a repeated report, or a result that came too late: it stays in the store, to be found by its key
     if (attempt.open()) store_.end_attempt(done.ref, "stale", done);
     return true;
   }
-  const auto manifest =
-      read_valid_manifest(artifact_folder(planner_.private_folder(job.shot) / "store", job.kind, job.key));
-  if (!manifest || manifest->content != done.content) {
+  const auto content = planner_.content_made(job);
+  if (!content || (planner_.publishes(job.kind) && *content != done.content)) {
     const auto held = worker.held.find(done.ref);
     if (held == worker.held.end()) return true;  // ended already: the job will run again
     held->second.lease_until_ms = now_ms + options_.lease_ms;
@@ -175,13 +218,9 @@ bool Dispatcher::accept(LiveWorker& worker, const AttemptRow& attempt, const Don
     fail(worker, attempt, failure);
     return true;
   }
-  store_.end_attempt(done.ref, "done", done);
-  planner_.compare_with_suspect(job, job.key, manifest->content);
-  planner_.revoke(job.id);  // another attempt of the same job, if there is one
-  store_.set_content(job.id, manifest->content);
-  store_.set_cost(job.id, done.wall_ms, done.peak_rss_mb);
-  store_.set_error(job.id, "", "");
-  store_.move(job.id, JobState::Done, job.reason);
+  planner_.compare_with_suspect(job, job.key, *content);
+  store_.finish(done.ref, done, *content);
+  if (job.num_attempts > 1) planner_.revoke(job.id);  // another attempt of the same job, if there is one
   const auto mean = mean_wall_ms_.try_emplace(job.kind, static_cast<double>(done.wall_ms)).first;
   mean->second += 0.1 * (static_cast<double>(done.wall_ms) - mean->second);
   planner_.finished(job.id);
@@ -207,16 +246,11 @@ void Dispatcher::fail(LiveWorker& worker, const AttemptRow& attempt, const DoneA
 }
 
 /// Held attempts that the worker does not list: it was restarted, it dropped them, or it never took them.
-void Dispatcher::drop_forgotten(LiveWorker& worker, bool reborn, std::int64_t now_ms) {
+void Dispatcher::drop_forgotten(LiveWorker& worker, const Listed& listed, bool reborn, std::int64_t now_ms) {
   const WorkerReport& report = worker.report;
-  const auto is_listed = [&](const AttemptRef& ref) {
-    const auto same = [&](const auto& item) { return item.ref == ref; };
-    return std::any_of(report.running.begin(), report.running.end(), same) ||
-           std::any_of(report.done_unacked.begin(), report.done_unacked.end(), same);
-  };
   std::vector<std::pair<AttemptRef, std::string>> gone;
   for (const auto& [ref, held] : worker.held) {
-    if (is_listed(ref)) continue;
+    if (contains(listed.running, ref) || contains(listed.done, ref)) continue;
     const bool told =
         held.assigned_seq > 0 && report.epoch_seen == epoch_ && report.orders_seq_seen >= held.assigned_seq;
     if (reborn)
@@ -230,26 +264,24 @@ void Dispatcher::drop_forgotten(LiveWorker& worker, bool reborn, std::int64_t no
 }
 
 void Dispatcher::acknowledge(LiveWorker& worker, const AttemptRef& ref) {
+  may_claim_ = true;  // it has room again
   worker.acked.insert(ref);
   worker.changed = true;
 }
 
-void Dispatcher::forget_settled(LiveWorker& worker) {
+void Dispatcher::forget_settled(LiveWorker& worker, const Listed& listed) {
+  std::erase_if(worker.acked, [&](const AttemptRef& ref) { return !contains(listed.done, ref); });
   const WorkerReport& report = worker.report;
-  const auto lists = [](const auto& items, const AttemptRef& ref) {
-    return std::any_of(items.begin(), items.end(), [&](const auto& item) { return item.ref == ref; });
-  };
-  std::erase_if(worker.acked, [&](const AttemptRef& ref) { return !lists(report.done_unacked, ref); });
   const bool heard = report.epoch_seen == epoch_ && report.orders_seq_seen >= worker.changed_seq;
   std::erase_if(worker.canceled, [&](const AttemptRef& ref) {
-    return heard && !lists(report.running, ref) && !lists(report.done_unacked, ref);
+    return heard && !contains(listed.running, ref) && !contains(listed.done, ref);
   });
 }
 
 /// No blame: the job did nothing wrong. What the worker may still commit is found by its key.
 void Dispatcher::lose(LiveWorker& worker, const AttemptRef& ref, const std::string& why) {
   worker.held.erase(ref);
-  worker.changed = true;
+  worker.changed = may_claim_ = true;
   const JobRow job = *store_.job({ref.job_id});
   DoneAttempt end;
   end.ref = ref;
@@ -266,7 +298,7 @@ void Dispatcher::stop_revoked() {
     LiveWorker& worker = workers_[attempt.worker_id];
     worker.held.erase(attempt.ref);
     worker.canceled.insert(attempt.ref);
-    worker.changed = true;
+    worker.changed = may_claim_ = true;
   }
 }
 

@@ -10,6 +10,7 @@
 
 #include "scheduler/dispatch/bus.h"
 #include "scheduler/dispatch/command.h"
+#include "scheduler/dispatch/ready_jobs.h"
 #include "scheduler/dispatch/worker_table.h"
 #include "scheduler/plan/planner.h"
 #include "scheduler/store/store.h"
@@ -29,7 +30,11 @@ class Dispatcher {
   /// time of a lease, while ready work goes on.
   void recover(std::int64_t now_ms);
 
+  /// A report that was made before the worker heard of this epoch (it may be an old one, played again) is only answered
+  /// with orders that stop nothing; what it says counts when the worker says it again.
   void on_report(const WorkerReport& report, std::int64_t now_ms);
+  /// We ourselves did nothing for a while (a long transaction, a stopped process): nobody's lease ran meanwhile.
+  void on_stall(std::int64_t stall_ms);
   /// Leases, lost workers, then claims.
   void on_tick(std::int64_t now_ms);
   /// Throws Error(BadInput) for a target that is not there; the caller must then undo what was written.
@@ -42,27 +47,38 @@ class Dispatcher {
   int num_live_workers() const;
 
  private:
+  /// What a report lists, for look-ups.
+  struct Listed {
+    explicit Listed(const WorkerReport& report);
+    std::vector<AttemptRef> running, done;  ///< sorted
+  };
   void expect_back(const AttemptRow& attempt, std::int64_t now_ms);
+  Held held_of(const JobRow& job, const AttemptRef& ref, const std::string& log_path, std::int64_t now_ms);
+  void write_spec(const JobRow& job, Assignment& assignment);
+  void greet(const WorkerReport& report);
   void note_worker(LiveWorker& worker, const WorkerReport& report, std::int64_t now_ms);
   void on_running(LiveWorker& worker, const RunningAttempt& running, std::int64_t now_ms);
   void readopt_or_cancel(LiveWorker& worker, const RunningAttempt& running, std::int64_t now_ms);
   void on_done(LiveWorker& worker, const DoneAttempt& done, std::int64_t now_ms);
   bool accept(LiveWorker& worker, const AttemptRow& attempt, const DoneAttempt& done, std::int64_t now_ms);
   void fail(LiveWorker& worker, const AttemptRow& attempt, const DoneAttempt& done);
-  void drop_forgotten(LiveWorker& worker, bool reborn, std::int64_t now_ms);
+  void drop_forgotten(LiveWorker& worker, const Listed& listed, bool reborn, std::int64_t now_ms);
   void acknowledge(LiveWorker& worker, const AttemptRef& ref);
-  void forget_settled(LiveWorker& worker);
+  void forget_settled(LiveWorker& worker, const Listed& listed);
 
   void expire_leases(std::int64_t now_ms);
   void lose(LiveWorker& worker, const AttemptRef& ref, const std::string& why);
   void stop_revoked();
 
-  void claim_for_all(std::int64_t now_ms);
+  struct Room;
   enum class Claim { Run, Prefetch };
-  bool claim_one(LiveWorker& worker, Claim claim, const Store::Fit& largest, std::int64_t now_ms);
-  void hand_out(LiveWorker& worker, const JobRow& job, std::int64_t now_ms);
-  Store::Fit largest_worker() const;
-  Assignment make_assignment(const JobRow& job, const AttemptRef& ref, const std::string& log_path);
+  void claim_for_all(std::int64_t now_ms);
+  std::vector<Room> rooms();
+  bool claim_one(Room& room, Claim claim, ReadyJobs& ready, std::int64_t now_ms);
+  bool suits(const Room& room, Claim claim, const ReadyClass& ready) const;
+  bool suits(const LiveWorker& worker, const JobRow& job) const;
+  bool hand_out(LiveWorker& worker, const JobRow& job, std::int64_t now_ms);
+  int num_ahead_per_slot(const std::string& kind) const;
 
   struct Target;
   Target target_of(const Command& command);
@@ -77,6 +93,7 @@ class Dispatcher {
   CommandResult set_priority(const Target& target, int priority, bool dry_run);
   CommandResult on_worker_command(const Command& command);
 
+  WorkerOrders orders_for(const WorkerReport& report, std::int64_t now_ms);
   void send_orders(LiveWorker& worker, Bus& bus, std::int64_t now_ms);
   double jitter();
 
@@ -84,7 +101,12 @@ class Dispatcher {
   Planner& planner_;
   Options options_;
   std::int64_t epoch_ = 0, reconcile_until_ms_ = 0, next_hello_ms_ = 0;
+  std::int64_t last_seq_ = 0;                     ///< of orders to anybody
+  std::map<std::string, WorkerReport> to_greet_;  ///< by worker
   std::map<std::string, LiveWorker> workers_;
+  // Claims are looked for when something may have changed, and now and then.
+  bool may_claim_ = true;
+  std::int64_t num_woken_seen_ = -1, next_claim_ms_ = 0;
   std::unordered_map<std::string, double> mean_wall_ms_;  ///< by kind, of attempts since the start
 };
 

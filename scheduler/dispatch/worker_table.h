@@ -12,11 +12,16 @@ namespace vantage {
 /// An attempt that is out with a worker.
 struct Held {
   Assignment assignment;
+  ShotId shot;
+  std::string kind, key;              ///< key: of the result that it makes
   std::int64_t claimed_ms = 0;        ///< monotonic
   std::int64_t lease_until_ms = 0;    ///< monotonic
   std::int64_t assigned_seq = 0;      ///< of the first orders with it; 0: not yet sent
   std::int64_t invalid_since_ms = 0;  ///< reported done, but its artifact cannot be read (yet)
   bool started = false;
+  bool reconnects = false;  ///< of before the scheduler's start, not yet reported since
+  std::string phase;        ///< as written last
+  double progress = 0;
   bool alone = false;  ///< crashed before: nothing else may run beside it
 };
 

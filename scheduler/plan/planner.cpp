@@ -47,13 +47,8 @@ Planner::Submitted Planner::submit(const fs::path& folder, const std::string& un
     revoked_ = revoked_before;
     throw;
   }
-  Submitted result{.shot = row};
-  for (const JobRow& job : store_.jobs_of(row.id)) {
-    if (job.generation != row.generation) continue;
-    ++result.num_jobs;
-    if (is_good(job.state)) ++result.num_up_to_date;
-  }
-  return result;
+  const auto planned = store_.num_planned(row.id);
+  return {.shot = row, .num_jobs = planned.all, .num_up_to_date = planned.good};
 }
 
 void Planner::resume() {
@@ -75,7 +70,7 @@ Planner::Plan& Planner::plan_of(ShotId shot) {
 }
 
 std::optional<fs::path> Planner::artifact_of(ShotId shot, const std::string& name) {
-  const auto job = store_.find_job(shot, name);
+  const auto job = store_.find_job(shot, name);  // of a kind that publishes nothing: a folder that is not there
   if (!job || !is_good(job->state) || job->generation != plans_.at(shot).generation) return std::nullopt;
   return artifact_folder(private_folder(shot) / "store", job->kind, job->key);
 }
@@ -119,22 +114,23 @@ void Planner::apply(ShotId shot, const Plan& plan, const ShotPlan& wanted) {
   const ShotRow row = *store_.shot(shot);
   check(row.generation == plan.generation, "a plan is read anew for each generation");
   Rows rows;
-  for (JobRow& job : store_.jobs_of(shot)) rows.emplace(job.name, std::move(job));
-  std::set<std::string> touched;
+  for (JobOutline& job : store_.outlines_of(shot)) rows.emplace(job.name, std::move(job));
+  std::unordered_set<std::string> touched;
   for (const PlannedUnit& planned : wanted.units) apply_unit(row, planned, rows, touched);
   drop_unwanted(row, wanted, rows);
 }
 
-void Planner::apply_unit(const ShotRow& shot, const PlannedUnit& planned, Rows& rows, std::set<std::string>& touched) {
+void Planner::apply_unit(const ShotRow& shot, const PlannedUnit& planned, Rows& rows,
+                         std::unordered_set<std::string>& touched) {
   const WorkUnit& unit = planned.unit;
   const auto found = rows.find(unit.name);
-  const JobRow* old = found == rows.end() ? nullptr : &found->second;
+  const JobOutline* old = found == rows.end() ? nullptr : &found->second;
   std::vector<JobId> needs;
-  const JobRow *bad = nullptr, *unmet = nullptr;
+  const JobOutline *bad = nullptr, *unmet = nullptr;
   int num_unmet = 0;
   bool need_touched = false;
   for (const auto& name : std::set<std::string>(unit.needs.begin(), unit.needs.end())) {
-    const JobRow& need = rows.at(name);
+    const JobOutline& need = rows.at(name);
     needs.push_back(need.id);
     if (is_bad(need.state)) bad = &need;
     if (!is_good(need.state)) unmet = &need, ++num_unmet;
@@ -147,29 +143,28 @@ void Planner::apply_unit(const ShotRow& shot, const PlannedUnit& planned, Rows& 
 
   const JobState before = old != nullptr ? old->state : JobState::Blocked;
   const std::string content_before = old != nullptr ? old->content : "";
-  JobRow job = write_unit(shot, planned, hash, old);
+  const JobRow job = write_unit(shot, planned, hash, old);
   if (same)
     store_.set_num_unmet(job.id, num_unmet);
-  else
+  else if (old != nullptr || !needs.empty())
     store_.set_needs(job.id, needs, num_unmet);
-  if (num_unmet > 0) block(job, fmt::format("waits for {}", unmet->name));
+  if (num_unmet > 0) block(job.id, job.state, fmt::format("waits for {}", unmet->name));
   if (bad != nullptr)
-    move(*store_.job(job.id), JobState::Aborted,
-         fmt::format("needs {}, which is {}", bad->name, to_string(bad->state)));
+    move(job.id, JobState::Aborted, fmt::format("needs {}, which is {}", bad->name, to_string(bad->state)));
   if (num_unmet == 0) settle(job);
-  job = *store_.job(job.id);
-  if (job.state != before || job.content != content_before) touched.insert(unit.name);
-  rows.insert_or_assign(unit.name, job);
+  JobOutline now = store_.outline(job.id);
+  if (now.state != before || now.content != content_before) touched.insert(unit.name);
+  rows.insert_or_assign(unit.name, std::move(now));
 }
 
 JobRow Planner::write_unit(const ShotRow& shot, const PlannedUnit& planned, const std::string& hash,
-                           const JobRow* old) {
-  JobRow row = old != nullptr ? *old : JobRow{};
-  row.generation = shot.generation;
+                           const JobOutline* old) {
   if (old != nullptr && old->plan_hash == hash) {  // keeps resources that were raised after a failure
-    store_.set_generation(row.id, row.generation);
-    return row;
+    if (old->generation != shot.generation) store_.set_generation(old->id, shot.generation);
+    return *store_.job(old->id);
   }
+  JobRow row = old != nullptr ? *store_.job(old->id) : JobRow{};
+  row.generation = shot.generation;
   row.shot = shot.id;
   row.name = planned.unit.name;
   row.kind = planned.kind;
@@ -194,7 +189,7 @@ JobRow Planner::write_unit(const ShotRow& shot, const PlannedUnit& planned, cons
 
 /// Kinds whose split failed are left as they are: nothing is known of what they want.
 void Planner::drop_unwanted(const ShotRow& shot, const ShotPlan& wanted, const Rows& rows) {
-  std::set<std::string> names;
+  std::unordered_set<std::string_view> names;
   for (const auto& planned : wanted.units) names.insert(planned.unit.name);
   for (const auto& [name, job] : rows) {
     if (names.contains(name)) continue;
@@ -203,7 +198,7 @@ void Planner::drop_unwanted(const ShotRow& shot, const ShotPlan& wanted, const R
     if (planned_now) store_.set_generation(job.id, 0);
     if (is_finished(job.state)) continue;
     revoke(job.id);
-    move(job, JobState::Aborted, "not in the plan any more");
+    move(job.id, JobState::Aborted, "not in the plan any more");
   }
 }
 

@@ -5,6 +5,7 @@
 #include <set>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -68,7 +69,15 @@ class Planner {
   /// False when there is none.
   bool salvage(const JobRow& job, JobState to, const std::string& reason);
   /// The job has a new artifact: is it what one that was not trusted had been?
-  void compare_with_suspect(const JobRow& job, const std::string& key, const std::string& content);
+  void compare_with_suspect(const JobBrief& job, const std::string& key, const std::string& content);
+  /// False for kinds that leave no artifact behind: their workers are believed.
+  bool publishes(const std::string& kind) const;
+  /// Content hash of what a worker says it has made for the job's key; empty when it is not (yet) there to be read.
+  std::optional<std::string> content_made(const JobBrief& job);
+  /// The job needs no process of its own.
+  bool runs_in_worker(const std::string& kind) const;
+  /// The job's footage is what it was when its key was made. Throws Error(BadInput) when it is gone.
+  bool key_holds(const JobRow& job);
   /// All that an attempt of a job whose needs are met has to know.
   JobFile job_file(const JobRow& job);
   /// SHOT/.vantage
@@ -93,27 +102,31 @@ class Planner {
     std::int64_t generation = 0;
     std::set<std::string> asked{}, missing{};
   };
-  using Rows = std::unordered_map<std::string, JobRow>;
+  using Rows = std::unordered_map<std::string, JobOutline>;
 
+  const KindSpec* spec_of(const std::string& kind) const;
   Plan& plan_of(ShotId shot);
   Plan read_plan(const ShotRow& row);
   ShotPlan ask_kinds(ShotId shot, Plan& plan);
   void expand(ShotId shot, bool strict);
   void apply(ShotId shot, const Plan& plan, const ShotPlan& wanted);
-  void apply_unit(const ShotRow& shot, const PlannedUnit& planned, Rows& rows, std::set<std::string>& touched);
-  JobRow write_unit(const ShotRow& shot, const PlannedUnit& planned, const std::string& hash, const JobRow* old);
+  void apply_unit(const ShotRow& shot, const PlannedUnit& planned, Rows& rows,
+                  std::unordered_set<std::string>& touched);
+  JobRow write_unit(const ShotRow& shot, const PlannedUnit& planned, const std::string& hash, const JobOutline* old);
   void drop_unwanted(const ShotRow& shot, const ShotPlan& wanted, const Rows& rows);
   std::optional<std::filesystem::path> artifact_of(ShotId shot, const std::string& job);
 
   void settle(const JobRow& job);
+  std::optional<std::string> content_of(const JobRow& job, const std::string& key);
   void make_ready(const JobRow& job, const std::string& key, const Json& identity);
   void settle_dependents(JobId job);
-  void abort_dependents(const JobRow& job);
-  void block(const JobRow& job, const std::string& reason);
+  void abort_dependents(const JobBrief& job);
+  void block(JobId job, JobState state, const std::string& reason);
   void settle_all(const std::vector<JobId>& blocked);
   /// The artifact for its key is in the store, but a person wants it made again.
   bool is_suspect(const JobRow& job, const std::string& key);
-  void move(const JobRow& job, JobState to, const std::string& reason);
+  void move(JobId job, JobState to, const std::string& reason);
+  void moved(JobId job, ShotId shot, JobState to);
 
   Store& store_;
   const std::vector<KindEntry>& kinds_;

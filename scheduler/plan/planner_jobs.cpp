@@ -21,16 +21,34 @@ std::string why_it_runs(const JobRow& job, const std::string& key, const Json& i
 
 }  // namespace
 
+const KindSpec* Planner::spec_of(const std::string& kind) const {
+  const auto entry = std::find_if(kinds_.begin(), kinds_.end(), [&](const auto& k) { return k.spec.name == kind; });
+  return entry == kinds_.end() ? nullptr : &entry->spec;
+}
+
+bool Planner::publishes(const std::string& kind) const {
+  const KindSpec* spec = spec_of(kind);
+  return spec == nullptr || !spec->publishes.empty();
+}
+
+bool Planner::runs_in_worker(const std::string& kind) const {
+  const KindSpec* spec = spec_of(kind);
+  return spec != nullptr && spec->in_worker;
+}
+
+bool Planner::key_holds(const JobRow& job) { return job.sources == "[]" || job_key(job_file(job)) == job.key; }
+
 JobFile Planner::job_file(const JobRow& job) {
   JobFile file;
   file.kind = job.kind;
   file.version = job.version;
   file.job = job.name;
-  file.shot = store_.shot(job.shot)->name;
+  const ShotRow shot = *store_.shot(job.shot);
+  file.shot = shot.name;
   file.key = job.key;
   file.params = Json::parse(job.params);
   file.unit = Json::parse(job.unit);
-  file.store = private_folder(job.shot) / "store";
+  file.store = shot.folder / ".vantage" / "store";
   file.cores = job.cores;
   file.ram_mb = job.ram_mb;
   file.timeout_s = job.timeout_s;
@@ -45,10 +63,14 @@ JobFile Planner::job_file(const JobRow& job) {
   return file;
 }
 
-void Planner::move(const JobRow& job, JobState to, const std::string& reason) {
-  store_.move(job.id, to, reason);
-  effects_.changed.insert(job.shot);
-  if (is_good(to)) effects_.landed.push_back(job.id);
+void Planner::move(JobId job, JobState to, const std::string& reason) {
+  store_.move(job, to, reason);
+  moved(job, store_.brief(job)->shot, to);
+}
+
+void Planner::moved(JobId job, ShotId shot, JobState to) {
+  effects_.changed.insert(shot);
+  if (is_good(to)) effects_.landed.push_back(job);
 }
 
 /// All needs are met: is the job done already, by key? Else it is ready, and says why.
@@ -59,9 +81,9 @@ void Planner::settle(const JobRow& job) {
   } catch (const Error& e) {
     if (e.kind() == ErrorKind::Bug) throw;
     revoke(job.id);
-    block(job, "");
+    block(job.id, job.state, "");
     store_.set_error(job.id, std::string(to_string(e.kind())), e.what());
-    move(job, JobState::Failed, e.what());
+    move(job.id, JobState::Failed, e.what());
     return;
   }
   const std::string key = job_key(file);
@@ -70,41 +92,50 @@ void Planner::settle(const JobRow& job) {
     if (key == job.key) return;
     revoke(job.id);
   }
-  const auto manifest = read_valid_manifest(artifact_folder(file.store, job.kind, key));
-  if (!manifest || is_suspect(job, key)) {
+  const auto content = content_of(job, key);
+  if (!content || is_suspect(job, key)) {
     make_ready(job, key, identity);
     return;
   }
-  compare_with_suspect(job, key, manifest->content);
-  const bool unchanged = is_good(job.state) && key == job.key && manifest->content == job.content;
+  compare_with_suspect(*store_.brief(job.id), key, *content);
+  const bool unchanged = is_good(job.state) && key == job.key && *content == job.content;
   if (unchanged) return;
-  store_.set_key(job.id, key, identity.dump());
-  store_.set_content(job.id, manifest->content);
   store_.set_error(job.id, "", "");
-  move(job, JobState::Skipped, "up to date");
+  store_.move_with_key(job.id, JobState::Skipped, "up to date",
+                       {.key = key, .identity = identity.dump(), .content = *content});
+  moved(job.id, job.shot, JobState::Skipped);
+}
+
+/// Content hash of what an earlier attempt left for the key. What leaves nothing behind is done when its row says so.
+std::optional<std::string> Planner::content_of(const JobRow& job, const std::string& key) {
+  if (!publishes(job.kind)) return is_good(job.state) && key == job.key ? std::optional(job.content) : std::nullopt;
+  const auto manifest = read_valid_manifest(artifact_folder(private_folder(job.shot) / "store", job.kind, key));
+  return manifest ? std::optional(manifest->content) : std::nullopt;
+}
+
+std::optional<std::string> Planner::content_made(const JobBrief& job) {
+  if (!publishes(job.kind)) return std::string(kNothingPublished);
+  const auto manifest = read_valid_manifest(artifact_folder(private_folder(job.shot) / "store", job.kind, job.key));
+  return manifest ? std::optional(manifest->content) : std::nullopt;
 }
 
 void Planner::make_ready(const JobRow& job, const std::string& key, const Json& identity) {
   const std::string reason = is_suspect(job, key) ? "asked for again by a person" : why_it_runs(job, key, identity);
-  if (key != job.key || is_bad(job.state)) {
-    store_.set_retry(job.id, 0, 0, 0);
-    store_.set_error(job.id, "", "");
-  }
-  store_.set_key(job.id, key, identity.dump());
-  store_.set_content(job.id, "");
-  move(job, JobState::Ready, reason);
-  if (store_.stage_setting(job.shot, job.kind).paused)
-    move(*store_.job(job.id), JobState::Paused, "its stage is paused");
+  const bool forget = (key != job.key && !job.key.empty()) || is_bad(job.state);
+  store_.move_with_key(job.id, JobState::Ready, reason,
+                       {.key = key, .identity = identity.dump(), .content = "", .forget_failures = forget});
+  moved(job.id, job.shot, JobState::Ready);
+  if (store_.stage_setting(job.shot, job.kind).paused) move(job.id, JobState::Paused, "its stage is paused");
 }
 
 bool Planner::salvage(const JobRow& job, JobState to, const std::string& reason) {
   if (job.key.empty()) return false;
-  const auto manifest = read_valid_manifest(artifact_folder(private_folder(job.shot) / "store", job.kind, job.key));
-  if (!manifest || is_suspect(job, job.key)) return false;
-  compare_with_suspect(job, job.key, manifest->content);
-  store_.set_content(job.id, manifest->content);
+  const auto content = content_of(job, job.key);
+  if (!content || is_suspect(job, job.key)) return false;
+  compare_with_suspect(*store_.brief(job.id), job.key, *content);
+  store_.set_content(job.id, *content);
   store_.set_error(job.id, "", "");
-  move(job, to, reason);
+  move(job.id, to, reason);
   finished(job.id);
   return true;
 }
@@ -114,13 +145,13 @@ void Planner::finished(JobId id) {
   if (closing_) return;
   closing_ = true;
   while (!open_.empty()) {
-    const JobRow job = *store_.job(open_.back());
+    const JobBrief job = *store_.brief(open_.back());
     open_.pop_back();
     effects_.changed.insert(job.shot);
     to_end_.insert(job.shot);
     if (is_bad(job.state)) abort_dependents(job);
     if (!is_good(job.state)) continue;
-    effects_.landed.push_back(job.id);
+    if (job.has_links) effects_.landed.push_back(job.id);
     settle_dependents(job.id);
     const auto plan = plans_.find(job.shot);
     if (plan != plans_.end() && plan->second.missing.contains(job.name)) to_expand_.insert(job.shot);
@@ -131,32 +162,32 @@ void Planner::finished(JobId id) {
 /// Also those that were aborted for want of this one: a result may come after all.
 void Planner::settle_dependents(JobId id) {
   for (const JobId dependent_id : store_.dependents_of(id)) {
-    const JobRow dependent = *store_.job(dependent_id);
+    const JobBrief dependent = *store_.brief(dependent_id);
     const bool waits = dependent.state == JobState::Blocked || dependent.state == JobState::Aborted;
     if (!waits || dependent.num_unmet > 0) continue;
-    settle(dependent);
-    if (is_finished(store_.job(dependent_id)->state)) finished(dependent_id);
+    settle(*store_.job(dependent_id));
+    if (is_finished(store_.brief(dependent_id)->state)) finished(dependent_id);
   }
 }
 
-void Planner::abort_dependents(const JobRow& root) {
+void Planner::abort_dependents(const JobBrief& root) {
   std::vector<JobId> open{root.id};
   while (!open.empty()) {
     const JobId need = open.back();
     open.pop_back();
     for (const JobId id : store_.dependents_of(need)) {
-      const JobRow job = *store_.job(id);
+      const JobBrief job = *store_.brief(id);
       if (is_bad(job.state)) continue;
-      block(job, "");
-      move(job, JobState::Aborted, fmt::format("needs {}, which is {}", root.name, to_string(root.state)));
+      block(job.id, job.state, "");
+      move(job.id, JobState::Aborted, fmt::format("needs {}, which is {}", root.name, to_string(root.state)));
       open.push_back(id);
     }
   }
 }
 
-void Planner::block(const JobRow& job, const std::string& reason) {
-  if (is_active(job.state)) revoke(job.id);
-  if (job.state != JobState::Blocked) move(job, JobState::Blocked, reason);
+void Planner::block(JobId job, JobState state, const std::string& reason) {
+  if (is_active(state)) revoke(job);
+  if (state != JobState::Blocked) move(job, JobState::Blocked, reason);
 }
 
 void Planner::revoke(JobId job) {
@@ -167,11 +198,11 @@ void Planner::revoke(JobId job) {
 }
 
 void Planner::recheck(const JobRow& job) {
-  if (job.state == JobState::Paused) move(job, JobState::Blocked, "resumed");
+  if (job.state == JobState::Paused) move(job.id, JobState::Blocked, "resumed");
   const JobRow now = *store_.job(job.id);
   if (now.num_unmet > 0) return;
   settle(now);
-  if (is_finished(store_.job(job.id)->state)) finished(job.id);
+  if (is_finished(store_.brief(job.id)->state)) finished(job.id);
 }
 
 void Planner::end_finished_shots() {

@@ -25,16 +25,16 @@ std::vector<JobId> Planner::to_retry(const std::vector<JobId>& roots) {
   const auto choose = [&](JobId id) {
     if (chosen.insert(id).second) open.push_back(id);
   };
-  const auto is_chosen_or_no_obstacle = [&](JobId id) { return chosen.contains(id) || !is_bad(store_.job(id)->state); };
+  const auto is_chosen_or_no_obstacle = [&](JobId id) { return chosen.contains(id) || !is_bad(store_.brief(id)->state); };
   for (const JobId root : roots)
-    if (is_bad(store_.job(root)->state)) choose(root);
+    if (is_bad(store_.brief(root)->state)) choose(root);
   while (!open.empty()) {
     const JobId id = open.back();
     open.pop_back();
     for (const JobId need : store_.needs_of(id))
-      if (is_bad(store_.job(need)->state)) choose(need);
+      if (is_bad(store_.brief(need)->state)) choose(need);
     for (const JobId dependent : store_.dependents_of(id)) {
-      if (store_.job(dependent)->state != JobState::Aborted) continue;
+      if (store_.brief(dependent)->state != JobState::Aborted) continue;
       const auto needs = store_.needs_of(dependent);
       if (std::all_of(needs.begin(), needs.end(), is_chosen_or_no_obstacle)) choose(dependent);
     }
@@ -61,7 +61,7 @@ void Planner::retry(ShotId shot, const std::vector<JobId>& bad) {
   for (const JobId id : bad) {
     store_.set_retry(id, 0, 0, 0);
     store_.set_error(id, "", "");
-    move(*store_.job(id), JobState::Blocked, "to be tried again");
+    move(id, JobState::Blocked, "to be tried again");
   }
   settle_all(bad);
 }
@@ -72,14 +72,14 @@ void Planner::settle_all(const std::vector<JobId>& blocked) {
     const JobRow job = *store_.job(id);
     if (job.num_unmet > 0 || job.state != JobState::Blocked) continue;
     settle(job);
-    if (is_finished(store_.job(id)->state)) finished(id);
+    if (is_finished(store_.brief(id)->state)) finished(id);
   }
 }
 
 void Planner::cancel(const std::vector<JobId>& unfinished) {
   for (const JobId id : unfinished) {
     revoke(id);
-    move(*store_.job(id), JobState::Canceled, "canceled by a person");
+    move(id, JobState::Canceled, "canceled by a person");
   }
   for (const JobId id : unfinished) finished(id);
 }
@@ -109,9 +109,9 @@ void Planner::rerun(ShotId shot, const std::vector<JobId>& good) {
     const JobRow job = *store_.job(id);
     plan_again_with(job);
     if (is_good(job.state) || is_active(job.state) || job.state == JobState::Ready)
-      block(job, "what it needs is made again");
+      block(job.id, job.state, "what it needs is made again");
   }
-  for (const JobId id : good) block(*store_.job(id), "to be made again");
+  for (const JobId id : good) block(id, store_.brief(id)->state, "to be made again");
   settle_all(good);
 }
 
@@ -119,7 +119,7 @@ void Planner::pause_stage(ShotId shot, const std::string& kind, const std::vecto
   Store::StageSetting setting = store_.stage_setting(shot, kind);
   setting.paused = true;
   store_.set_stage_setting(shot, kind, setting);
-  for (const JobId id : ready) move(*store_.job(id), JobState::Paused, "its stage is paused");
+  for (const JobId id : ready) move(id, JobState::Paused, "its stage is paused");
 }
 
 void Planner::resume_stage(ShotId shot, const std::string& kind, const std::vector<JobId>& paused) {
@@ -146,7 +146,7 @@ bool Planner::move_suspect_aside(const JobRow& job) {
     const std::string why =
         fmt::format("{}: cannot be moved to {}: {}", artifact.string(), aside.string(), error.message());
     store_.set_error(job.id, std::string(to_string(ErrorKind::Transient)), why);
-    move(job, JobState::Failed, why);
+    move(job.id, JobState::Failed, why);
     finished(job.id);
     return false;
   }
@@ -154,7 +154,7 @@ bool Planner::move_suspect_aside(const JobRow& job) {
   return true;
 }
 
-void Planner::compare_with_suspect(const JobRow& job, const std::string& key, const std::string& content) {
+void Planner::compare_with_suspect(const JobBrief& job, const std::string& key, const std::string& content) {
   const auto suspect = store_.suspect(job.shot, job.kind, key);
   if (!suspect || suspect->aside.empty()) return;
   store_.remove_suspect(job.shot, job.kind, key);

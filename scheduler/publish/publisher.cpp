@@ -70,12 +70,12 @@ std::vector<PublishedLink> links_of(const fs::path& shot_folder, const JobRow& j
   return links;
 }
 
-std::vector<fs::path> publish_job(const fs::path& shot_folder, const JobRow& job) {
+std::vector<fs::path> make_links(const std::vector<PublishedLink>& links, const std::string& job_name) {
   std::vector<fs::path> in_the_way;
-  for (const auto& [link, target] : links_of(shot_folder, job)) {
+  for (const auto& [link, target] : links) {
     const bool there = fs::exists(fs::symlink_status(link));
     if (there && !is_ours(link)) {
-      spdlog::warn("{}: is not ours and stays; {} is not linked", link.string(), job.name);
+      spdlog::warn("{}: is not ours and stays; {} is not linked", link.string(), job_name);
       in_the_way.push_back(link);
       continue;
     }
@@ -85,13 +85,17 @@ std::vector<fs::path> publish_job(const fs::path& shot_folder, const JobRow& job
   return in_the_way;
 }
 
+std::vector<fs::path> publish_job(const fs::path& shot_folder, const JobRow& job) {
+  return make_links(links_of(shot_folder, job), job.name);
+}
+
 void publish_shot(Store& store, ShotId shot, bool sweep) {
   const ShotRow row = *store.shot(shot);
   std::set<fs::path> owned;
-  for (const JobRow& job : store.jobs_of(shot)) {
-    if (job.generation != row.generation || !is_good(job.state)) continue;
-    publish_job(row.folder, job);
-    for (const auto& link : links_of(row.folder, job)) owned.insert(link.link);
+  for (const JobRow& job : store.good_jobs_of(shot)) {
+    const auto links = links_of(row.folder, job);
+    make_links(links, job.name);
+    for (const auto& link : links) owned.insert(link.link);
   }
   if (sweep && fs::exists(row.folder / "out")) sweep_out(row.folder / "out", owned);
 }

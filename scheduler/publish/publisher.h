@@ -20,7 +20,10 @@ struct PublishedLink {
 /// files below that folder; a file that the artifact does not have is left out.
 std::vector<PublishedLink> links_of(const std::filesystem::path& shot_folder, const JobRow& job);
 
-/// Makes the links of one job. A person's own file or link in the way stays; its path is returned.
+/// Makes these links. A person's own file or link in the way stays; its path is returned.
+std::vector<std::filesystem::path> make_links(const std::vector<PublishedLink>& links, const std::string& job_name);
+
+/// Makes the links of one job.
 std::vector<std::filesystem::path> publish_job(const std::filesystem::path& shot_folder, const JobRow& job);
 
 /// Makes the links of all done jobs of the shot's plan; with sweep, removes links into the store that no job of the

@@ -36,6 +36,41 @@ struct JobRow {
   int num_attempts = 0, num_failures = 0, num_crashes = 0;
   std::int64_t not_before_ms = 0;
   std::string reason;
+  std::string pool, tags;  ///< of the workers that may run it: '' = any; tags: words, one space between
+};
+
+/// What moves of a job need: read many times per job, so without its texts.
+struct JobBrief {
+  JobId id;
+  ShotId shot;
+  std::string name, kind, key;
+  JobState state = JobState::Blocked;
+  std::int64_t generation = 0, class_id = 0, not_before_ms = 0, wall_ms = 0;
+  int num_unmet = 0, num_attempts = 0;
+  bool has_links = false;
+
+  bool claimable() const { return state == JobState::Ready && not_before_ms == 0; }
+};
+
+/// What a new plan is compared with.
+struct JobOutline {
+  JobId id;
+  std::string name, kind, plan_hash, content;
+  JobState state = JobState::Blocked;
+  std::int64_t generation = 0;
+  int num_unmet = 0;
+};
+
+/// Jobs that can be claimed now and that a worker can take equally well, or not at all.
+struct ReadyClass {
+  std::int64_t id = 0;
+  ShotId shot;
+  std::string kind, pool, tags;
+  int cores = 1, ram_mb = 0;
+  bool alone = false;  ///< crashed before: nothing else may run beside them
+  // Of its best job:
+  int priority = 0, stage = 0;
+  JobId first;
 };
 
 struct AttemptRow {

@@ -95,7 +95,9 @@ Sqlite& Sqlite::operator=(Sqlite&& other) noexcept {
 }
 
 Query Sqlite::prepared(std::string_view sql) {
-  auto& slot = statements_[std::string(sql)];
+  auto found = statements_.find(sql);
+  if (found == statements_.end()) found = statements_.emplace(sql, nullptr).first;
+  auto& slot = found->second;
   if (slot == nullptr) {
     sqlite3_stmt* statement = nullptr;
     const int code = sqlite3_prepare_v3(db_.get(), sql.data(), static_cast<int>(sql.size()), SQLITE_PREPARE_PERSISTENT,
@@ -109,6 +111,10 @@ Query Sqlite::prepared(std::string_view sql) {
 
 std::int64_t Sqlite::num_changes() const { return sqlite3_changes64(db_.get()); }
 std::int64_t Sqlite::last_insert_id() const { return sqlite3_last_insert_rowid(db_.get()); }
+
+void Sqlite::roll_back() {
+  if (sqlite3_get_autocommit(db_.get()) == 0) script("ROLLBACK");
+}
 
 void Sqlite::script(const std::string& sql) {
   const int code = sqlite3_exec(db_.get(), sql.c_str(), nullptr, nullptr, nullptr);

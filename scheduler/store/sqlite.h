@@ -95,6 +95,8 @@ class Sqlite {
     Query q = query(sql, values...);
     return q.step() ? q.text(0) : fallback;
   }
+  /// Ends the transaction without its changes; nothing when SQLite has ended it already, as it does on some errors.
+  void roll_back();
   /// Several statements at once, without values: schema files, pragmas.
   void script(const std::string& sql);
   std::int64_t last_insert_id() const;
@@ -111,7 +113,12 @@ class Sqlite {
   };
   std::filesystem::path file_;
   std::unique_ptr<sqlite3, Close> db_;
-  std::unordered_map<std::string, std::unique_ptr<sqlite3_stmt, Finalize>> statements_;  // finalized before db_ closes
+  struct Hash {
+    using is_transparent = void;
+    std::size_t operator()(std::string_view text) const { return std::hash<std::string_view>{}(text); }
+  };
+  std::unordered_map<std::string, std::unique_ptr<sqlite3_stmt, Finalize>, Hash, std::equal_to<>>
+      statements_;  // finalized before db_ closes
 };
 
 /// The read-only connection of the page and the command line: STATE/farm.sqlite.

@@ -31,14 +31,31 @@ Store::Store(const std::filesystem::path& file, const Clock& clock)
 }
 
 void Store::begin() { db_.run("BEGIN IMMEDIATE"); }
-void Store::commit() { db_.run("COMMIT"); }
-void Store::rollback() { db_.run("ROLLBACK"); }
+void Store::commit() {
+  tally_.write(db_);
+  db_.run("COMMIT");
+}
+void Store::rollback() {
+  forget_caches();
+  tally_ = {};
+  db_.roll_back();
+}
+
+/// They may hold what was just undone.
+void Store::forget_caches() {
+  shots_.clear();
+  class_ids_.clear();
+  has_suspects_.reset();
+}
 
 void Store::guarded(const std::function<void()>& fn) {
   db_.run("SAVEPOINT guarded");
+  const Tally before = tally_;
   try {
     fn();
   } catch (...) {
+    tally_ = before;
+    forget_caches();
     db_.run("ROLLBACK TO guarded");
     db_.run("RELEASE guarded");
     throw;
@@ -54,6 +71,7 @@ void Store::set_meta(const std::string& key, const std::string& value) {
 
 ShotRow Store::submit_shot(const std::filesystem::path& folder, const std::string& name, const std::string& until_kind,
                            int priority) {
+  shots_.clear();
   db_.run(
       "INSERT INTO shot (folder, name, priority, state, until_kind, generation, submitted_ms) "
       "VALUES (?, ?, ?, 'running', ?, 1, ?) ON CONFLICT (folder) DO UPDATE SET name = excluded.name, "
@@ -63,6 +81,8 @@ ShotRow Store::submit_shot(const std::filesystem::path& folder, const std::strin
   const ShotId id{db_.integer_or(0, "SELECT id FROM shot WHERE folder = ?", folder.string())};
   db_.run("UPDATE job SET priority = ? WHERE shot_id = ?", priority, id.value);
   db_.run("DELETE FROM stage_setting WHERE shot_id = ?", id.value);
+  tally_.write(db_);
+  db_.run("DELETE FROM job_count WHERE shot_id = ?", id.value);  // nothing is of the new generation yet
   ShotRow row = *shot(id);
   add_event(id, std::nullopt, "", "submitted",
             until_kind.empty() ? fmt::format("generation {}", row.generation)
@@ -71,9 +91,10 @@ ShotRow Store::submit_shot(const std::filesystem::path& folder, const std::strin
 }
 
 std::optional<ShotRow> Store::shot(ShotId id) {
+  if (const auto cached = shots_.find(id); cached != shots_.end()) return cached->second;
   static const std::string sql = fmt::format("SELECT {} FROM shot WHERE id = ?", kShotColumns);
   Query q = db_.query(sql, id.value);
-  return q.step() ? std::optional(shot_from(q)) : std::nullopt;
+  return q.step() ? std::optional(shots_.insert_or_assign(id, shot_from(q)).first->second) : std::nullopt;
 }
 
 std::vector<ShotRow> Store::shots_in_state(const std::string& state) {
@@ -84,6 +105,8 @@ std::vector<ShotRow> Store::shots_in_state(const std::string& state) {
 }
 
 void Store::set_shot_state(ShotId id, const std::string& state, const std::string& error) {
+  shots_.erase(id);
+  ++num_woken_;
   const bool finished = state == "done" || state == "failed";
   if (finished)
     db_.run("UPDATE shot SET state = ?, error = ?, finished_ms = ? WHERE id = ?", state, error, clock_.wall_ms(),
@@ -94,6 +117,7 @@ void Store::set_shot_state(ShotId id, const std::string& state, const std::strin
 }
 
 void Store::set_shot_priority(ShotId id, int priority) {
+  shots_.erase(id);
   db_.run("UPDATE shot SET priority = ? WHERE id = ?", priority, id.value);
   db_.run("UPDATE job SET priority = ? WHERE shot_id = ?", priority, id.value);
 }

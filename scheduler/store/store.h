@@ -3,10 +3,12 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "scheduler/store/rows.h"
 #include "scheduler/store/sqlite.h"
+#include "scheduler/store/tally.h"
 #include "schema/base/clock.h"
 
 namespace vantage {
@@ -38,12 +40,22 @@ class Store {
   // Jobs.
   std::optional<JobRow> job(JobId id);
   std::optional<JobRow> find_job(ShotId shot, const std::string& name);
-  std::vector<JobRow> jobs_of(ShotId shot);
+  std::optional<JobBrief> brief(JobId id);
+  /// All jobs of a shot that any plan ever had, in the order of their ids.
+  std::vector<JobOutline> outlines_of(ShotId shot);
+  JobOutline outline(JobId id);
+  /// Jobs of the shot's present plan that have their artifact and links to it.
+  std::vector<JobRow> good_jobs_of(ShotId shot);
   /// Jobs of the shot's present plan in one of these states; of one kind, or of all when it is empty.
   std::vector<JobId> planned_in_states(ShotId shot, std::initializer_list<JobState> states,
                                        const std::string& kind = "");
   bool has_planned_unfinished(ShotId shot);
   int num_planned_bad(ShotId shot);
+  /// Jobs of the shot's present plan, and how many of them have their artifact.
+  struct NumPlanned {
+    int all = 0, good = 0;
+  };
+  NumPlanned num_planned(ShotId shot);
   /// New row in state blocked.
   JobId insert_job(const JobRow& row);
   /// What the plan says of the job: kind to timeout_s, generation and plan_hash; not its state, key or counters.
@@ -51,35 +63,43 @@ class Store {
   void set_generation(JobId id, std::int64_t generation);
   void set_needs(JobId id, const std::vector<JobId>& needs, int num_unmet);
   void set_num_unmet(JobId id, int num_unmet);
-  void set_key(JobId id, const std::string& key, const std::string& identity);
   void set_content(JobId id, const std::string& content);
   void set_job_priority(JobId id, int priority);
   void set_progress(JobId id, const std::string& phase, double progress);
   void set_resources(JobId id, int ram_mb, int timeout_s);
   void set_retry(JobId id, int num_failures, int num_crashes, std::int64_t not_before_ms);
   void set_error(JobId id, const std::string& error_kind, const std::string& error);
-  void set_cost(JobId id, std::int64_t wall_ms, int peak_rss_mb);
   std::vector<JobId> needs_of(JobId id);
   /// Jobs that need this one, of the same generation.
   std::vector<JobId> dependents_of(JobId id);
 
-  /// The one way to change a state: checks the table of moves, writes the reason and an event, keeps num_unmet of the
-  /// jobs that need this one. Moving to the state that it has is nothing.
+  /// Every change of a state goes through these: they check the table of moves, write the reason, keep the counts and
+  /// num_unmet of the jobs that need this one, and write an event, except where another row says the same: the first
+  /// becoming ready (the job's reason), claimed and running (the attempt). Moving to the state that it has is nothing.
   void move(JobId id, JobState to, const std::string& reason);
+  struct Keyed {
+    std::string key, identity, content;  ///< content: of its artifact, '' when it is to be made
+    bool forget_failures = false;        ///< and errors
+  };
+  /// To ready, or to skipped or done where content says that the artifact is there.
+  void move_with_key(JobId id, JobState to, const std::string& reason, const Keyed& keyed);
+  /// The attempt ended well and so does the job, in one go.
+  void finish(const AttemptRef& ref, const DoneAttempt& report, const std::string& content);
+
+  // Claims.
+  /// The claim rule: classes of jobs that can be claimed now, the one with the best job first.
+  std::vector<ReadyClass> ready_classes();
+  /// The best jobs of a class, best first.
+  std::vector<JobRow> best_of_class(std::int64_t class_id, int limit);
+  /// Jobs that waited for their next try and whose time has come can be claimed from now on.
+  void wake_waiting();
+  /// Rises whenever there may be something to claim that was not there before.
+  std::int64_t num_woken() const { return num_woken_; }
 
   // Attempts.
-  struct Fit {
-    int free_cores = 0, free_ram_mb = 0;
-    int largest_cores = 0, largest_ram_mb = 0;  ///< of any worker: a job that asks for more gets all of that
-    bool alone = false;                         ///< nothing else runs there: may take a job that crashed before
-  };
-  /// The job that a worker should take next. Empty when none fits.
-  std::optional<JobRow> next_to_claim(const Fit& fit);
-  /// A job that crashed before and waits for a worker of its own.
-  bool waits_to_run_alone();
-  /// Number and token of a new attempt; the job's own row counts it.
-  AttemptRef begin_attempt(const JobRow& job, const std::string& worker_id, std::int64_t token,
-                           const std::string& log_path);
+  /// A new attempt, whose number must be the next of the job, and the job leased.
+  void begin_attempt(const JobRow& job, const AttemptRef& ref, const std::string& worker_id,
+                     const std::string& log_path);
   void start_attempt(const AttemptRef& ref);
   void end_attempt(const AttemptRef& ref, const std::string& outcome, const DoneAttempt& report);
   /// A worker that was thought lost still has it.
@@ -123,9 +143,22 @@ class Store {
 
  private:
   friend class ActingAs;
+  void count(const JobBrief& job, int sign);
+  /// Runs a change of a job's row and keeps the counts.
+  void changing(JobId id, const std::function<void()>& change);
+  JobBrief check_move(JobId id, JobState to);
+  void after_move(const JobBrief& before, JobState to, const std::string& reason);
+  std::int64_t class_of(const JobRow& row, bool alone);
+  void forget_caches();
+
   Sqlite db_;
   const Clock& clock_;
   std::string who_;
+  Tally tally_;
+  std::unordered_map<ShotId, ShotRow> shots_;                ///< as in the database
+  std::unordered_map<std::string, std::int64_t> class_ids_;  ///< as in the database
+  std::optional<bool> has_suspects_;                         ///< as in the database
+  std::int64_t num_woken_ = 0;
 };
 
 /// While it lives, events are written as this person's doing.

@@ -20,36 +20,21 @@ AttemptRow attempt_from(const Query& q) {
 
 }  // namespace
 
-/// The claim rule. Priority first; then the later stage, so that results come out while earlier stages still run; then
-/// age. A job that asks for more than any worker has gets the whole of one. A job that crashed before runs alone.
-std::optional<JobRow> Store::next_to_claim(const Fit& fit) {
-  static const std::string sql = fmt::format(
-      "SELECT {} FROM job WHERE state = 'ready' AND not_before_ms <= ? AND min(cores, ?) <= ? AND min(ram_mb, ?) <= ? "
-      "AND (num_crashes = 0 OR ?) AND shot_id NOT IN (SELECT id FROM shot WHERE state = 'paused') "
-      "ORDER BY priority DESC, stage DESC, id LIMIT 1",
-      kJobColumns);
-  Query q = db_.query(sql, clock_.wall_ms(), fit.largest_cores, fit.free_cores, fit.largest_ram_mb, fit.free_ram_mb,
-                      fit.alone ? 1 : 0);
-  return q.step() ? std::optional(job_from(q)) : std::nullopt;
-}
-
-bool Store::waits_to_run_alone() {
-  return db_.integer_or(
-             0,
-             "SELECT EXISTS (SELECT 1 FROM job WHERE state = 'ready' AND num_crashes > 0 AND not_before_ms <= ? "
-             "AND shot_id NOT IN (SELECT id FROM shot WHERE state = 'paused'))",
-             clock_.wall_ms()) != 0;
-}
-
-AttemptRef Store::begin_attempt(const JobRow& job, const std::string& worker_id, std::int64_t token,
-                                const std::string& log_path) {
-  const AttemptRef ref{.job_id = job.id.value, .number = job.num_attempts + 1, .token = token};
-  db_.run("UPDATE job SET num_attempts = ? WHERE id = ?", ref.number, ref.job_id);
+void Store::begin_attempt(const JobRow& job, const AttemptRef& ref, const std::string& worker_id,
+                          const std::string& log_path) {
+  const JobBrief before = check_move(job.id, JobState::Leased);
+  check(ref.number == before.num_attempts + 1, "numbers of attempts are never used twice");
+  db_.run(
+      "UPDATE job SET state = 'leased', num_attempts = ?, phase = '', progress = 0, finished_ms = NULL WHERE id = ?",
+      ref.number, ref.job_id);
   db_.run(
       "INSERT INTO attempt (job_id, number, token, worker_id, key, state, log_path, leased_ms) "
       "VALUES (?, ?, ?, ?, ?, 'leased', ?, ?)",
       ref.job_id, ref.number, ref.token, worker_id, job.key, log_path, clock_.wall_ms());
-  return ref;
+  JobBrief after = before;
+  after.state = JobState::Leased;
+  count(before, -1);
+  count(after, 1);
 }
 
 void Store::start_attempt(const AttemptRef& ref) {

@@ -5,6 +5,22 @@
 #include "schema/base/error.h"
 
 namespace vantage {
+namespace {
+
+constexpr std::string_view kOutlineColumns = "id, name, kind, plan_hash, content, state, generation, num_unmet";
+
+JobOutline outline_from(const Query& q) {
+  return {.id = {q.integer(0)},
+          .name = q.text(1),
+          .kind = q.text(2),
+          .plan_hash = q.text(3),
+          .content = q.text(4),
+          .state = job_state_from(q.text(5)).value(),
+          .generation = q.integer(6),
+          .num_unmet = static_cast<int>(q.integer(7))};
+}
+
+}  // namespace
 
 JobRow job_from(const Query& q) {
   int c = 0;
@@ -22,8 +38,29 @@ JobRow job_from(const Query& q) {
   r.priority = number(), r.num_unmet = number(), r.cores = number(), r.ram_mb = number(), r.timeout_s = number();
   r.num_attempts = number(), r.num_failures = number(), r.num_crashes = number();
   r.not_before_ms = q.integer(c++);
-  r.reason = text();
+  r.reason = text(), r.pool = text(), r.tags = text();
   return r;
+}
+
+std::optional<JobBrief> Store::brief(JobId id) {
+  Query q = db_.query(
+      "SELECT shot_id, name, kind, state, generation, class_id, not_before_ms, wall_ms, num_unmet, num_attempts, "
+      "links <> '[]', key FROM job WHERE id = ?",
+      id.value);
+  if (!q.step()) return std::nullopt;
+  return JobBrief{.id = id,
+                  .shot = {q.integer(0)},
+                  .name = q.text(1),
+                  .kind = q.text(2),
+                  .key = q.text(11),
+                  .state = job_state_from(q.text(3)).value(),
+                  .generation = q.integer(4),
+                  .class_id = q.integer(5),
+                  .not_before_ms = q.integer(6),
+                  .wall_ms = q.integer(7),
+                  .num_unmet = static_cast<int>(q.integer(8)),
+                  .num_attempts = static_cast<int>(q.integer(9)),
+                  .has_links = q.integer(10) != 0};
 }
 
 std::optional<JobRow> Store::job(JobId id) {
@@ -38,8 +75,25 @@ std::optional<JobRow> Store::find_job(ShotId shot, const std::string& name) {
   return q.step() ? std::optional(job_from(q)) : std::nullopt;
 }
 
-std::vector<JobRow> Store::jobs_of(ShotId shot) {
-  static const std::string sql = fmt::format("SELECT {} FROM job WHERE shot_id = ? ORDER BY id", kJobColumns);
+std::vector<JobOutline> Store::outlines_of(ShotId shot) {
+  std::vector<JobOutline> rows;
+  static const std::string sql = fmt::format("SELECT {} FROM job WHERE shot_id = ? ORDER BY id", kOutlineColumns);
+  for (Query q = db_.query(sql, shot.value); q.step();) rows.push_back(outline_from(q));
+  return rows;
+}
+
+JobOutline Store::outline(JobId id) {
+  static const std::string sql = fmt::format("SELECT {} FROM job WHERE id = ?", kOutlineColumns);
+  Query q = db_.query(sql, id.value);
+  check(q.step(), "jobs are never deleted");
+  return outline_from(q);
+}
+
+std::vector<JobRow> Store::good_jobs_of(ShotId shot) {
+  static const std::string sql = fmt::format(
+      "SELECT {} FROM job WHERE shot_id = ?1 AND state IN ('done', 'skipped') AND links <> '[]' "
+      "AND generation = (SELECT generation FROM shot WHERE id = ?1) ORDER BY id",
+      kJobColumns);
   std::vector<JobRow> rows;
   for (Query q = db_.query(sql, shot.value); q.step();) rows.push_back(job_from(q));
   return rows;
@@ -59,43 +113,54 @@ std::vector<JobId> Store::planned_in_states(ShotId shot, std::initializer_list<J
 }
 
 bool Store::has_planned_unfinished(ShotId shot) {
+  tally_.write(db_);
   return db_.integer_or(0,
-                        "SELECT EXISTS (SELECT 1 FROM job WHERE shot_id = ?1 AND generation = "
-                        "(SELECT generation FROM shot WHERE id = ?1) "
+                        "SELECT EXISTS (SELECT 1 FROM job_count WHERE shot_id = ? AND num > 0 "
                         "AND state IN ('blocked', 'ready', 'leased', 'running', 'reconnect', 'paused'))",
                         shot.value) != 0;
 }
 
 int Store::num_planned_bad(ShotId shot) {
-  return static_cast<int>(db_.integer_or(
-      0,
-      "SELECT count(*) FROM job WHERE shot_id = ?1 AND generation = (SELECT generation FROM shot WHERE id = ?1) "
-      "AND state IN ('failed', 'canceled', 'aborted', 'quarantined')",
-      shot.value));
+  tally_.write(db_);
+  return static_cast<int>(db_.integer_or(0,
+                                         "SELECT sum(num) FROM job_count WHERE shot_id = ? "
+                                         "AND state IN ('failed', 'canceled', 'aborted', 'quarantined')",
+                                         shot.value));
+}
+
+Store::NumPlanned Store::num_planned(ShotId shot) {
+  tally_.write(db_);
+  Query q = db_.query("SELECT total(num), total(num * (state IN ('done', 'skipped'))) FROM job_count WHERE shot_id = ?",
+                      shot.value);
+  q.step();
+  return {.all = static_cast<int>(q.integer(0)), .good = static_cast<int>(q.integer(1))};
 }
 
 JobId Store::insert_job(const JobRow& r) {
+  const std::int64_t class_id = class_of(r, r.num_crashes > 0);
   db_.run(
       "INSERT INTO job (shot_id, name, kind, stage, version, generation, plan_hash, params, unit, sources, links, "
-      "state, "
-      "priority, cores, ram_mb, timeout_s, created_ms) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, 'blocked', ?, ?, ?, ?, "
-      "?)",
+      "state, priority, cores, ram_mb, timeout_s, created_ms, pool, tags, class_id) "
+      "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, 'blocked', ?, ?, ?, ?, ?, ?, ?, ?)",
       r.shot.value, r.name, r.kind, r.stage, r.version, r.generation, r.plan_hash, r.params, r.unit, r.sources, r.links,
-      r.priority, r.cores, r.ram_mb, r.timeout_s, clock_.wall_ms());
-  return {db_.last_insert_id()};
+      r.priority, r.cores, r.ram_mb, r.timeout_s, clock_.wall_ms(), r.pool, r.tags, class_id);
+  const JobId id{db_.last_insert_id()};
+  count({.id = id, .shot = r.shot, .name = {}, .kind = r.kind, .key = {}, .generation = r.generation}, 1);
+  return id;
 }
 
 void Store::update_plan(const JobRow& r) {
-  db_.run(
-      "UPDATE job SET kind = ?, stage = ?, version = ?, generation = ?, plan_hash = ?, params = ?, unit = ?, sources = "
-      "?, "
-      "links = ?, cores = ?, ram_mb = ?, timeout_s = ? WHERE id = ?",
-      r.kind, r.stage, r.version, r.generation, r.plan_hash, r.params, r.unit, r.sources, r.links, r.cores, r.ram_mb,
-      r.timeout_s, r.id.value);
+  changing(r.id, [&] {
+    db_.run(
+        "UPDATE job SET kind = ?, stage = ?, version = ?, generation = ?, plan_hash = ?, params = ?, unit = ?, "
+        "sources = ?, links = ?, cores = ?, ram_mb = ?, timeout_s = ?, pool = ?, tags = ?, class_id = ? WHERE id = ?",
+        r.kind, r.stage, r.version, r.generation, r.plan_hash, r.params, r.unit, r.sources, r.links, r.cores, r.ram_mb,
+        r.timeout_s, r.pool, r.tags, class_of(r, r.num_crashes > 0), r.id.value);
+  });
 }
 
 void Store::set_generation(JobId id, std::int64_t generation) {
-  db_.run("UPDATE job SET generation = ? WHERE id = ?", generation, id.value);
+  changing(id, [&] { db_.run("UPDATE job SET generation = ? WHERE id = ?", generation, id.value); });
 }
 
 void Store::set_needs(JobId id, const std::vector<JobId>& needs, int num_unmet) {
@@ -106,10 +171,7 @@ void Store::set_needs(JobId id, const std::vector<JobId>& needs, int num_unmet) 
 }
 
 void Store::set_num_unmet(JobId id, int num_unmet) {
-  db_.run("UPDATE job SET num_unmet = ? WHERE id = ?", num_unmet, id.value);
-}
-void Store::set_key(JobId id, const std::string& key, const std::string& identity) {
-  db_.run("UPDATE job SET key = ?, identity = ? WHERE id = ?", key, identity, id.value);
+  db_.run("UPDATE job SET num_unmet = ?1 WHERE id = ?2 AND num_unmet <> ?1", num_unmet, id.value);
 }
 void Store::set_content(JobId id, const std::string& content) {
   db_.run("UPDATE job SET content = ? WHERE id = ?", content, id.value);
@@ -121,17 +183,22 @@ void Store::set_progress(JobId id, const std::string& phase, double progress) {
   db_.run("UPDATE job SET phase = ?, progress = ? WHERE id = ?", phase, progress, id.value);
 }
 void Store::set_resources(JobId id, int ram_mb, int timeout_s) {
-  db_.run("UPDATE job SET ram_mb = ?, timeout_s = ? WHERE id = ?", ram_mb, timeout_s, id.value);
+  changing(id, [&] {
+    const JobRow row = *job(id);
+    JobRow raised = row;
+    raised.ram_mb = ram_mb;
+    db_.run("UPDATE job SET ram_mb = ?, timeout_s = ?, class_id = ? WHERE id = ?", ram_mb, timeout_s,
+            class_of(raised, row.num_crashes > 0), id.value);
+  });
 }
 void Store::set_retry(JobId id, int num_failures, int num_crashes, std::int64_t not_before_ms) {
-  db_.run("UPDATE job SET num_failures = ?, num_crashes = ?, not_before_ms = ? WHERE id = ?", num_failures, num_crashes,
-          not_before_ms, id.value);
+  changing(id, [&] {
+    db_.run("UPDATE job SET num_failures = ?, num_crashes = ?, not_before_ms = ?, class_id = ? WHERE id = ?",
+            num_failures, num_crashes, not_before_ms, class_of(*job(id), num_crashes > 0), id.value);
+  });
 }
 void Store::set_error(JobId id, const std::string& error_kind, const std::string& error) {
   db_.run("UPDATE job SET error_kind = ?, error = ? WHERE id = ?", error_kind, error, id.value);
-}
-void Store::set_cost(JobId id, std::int64_t wall_ms, int peak_rss_mb) {
-  db_.run("UPDATE job SET wall_ms = ?, peak_rss_mb = ? WHERE id = ?", wall_ms, peak_rss_mb, id.value);
 }
 
 std::vector<JobId> Store::needs_of(JobId id) {
@@ -150,26 +217,6 @@ std::vector<JobId> Store::dependents_of(JobId id) {
        q.step();)
     ids.push_back({q.integer(0)});
   return ids;
-}
-
-void Store::move(JobId id, JobState to, const std::string& reason) {
-  const auto row = job(id);
-  check(row.has_value(), "only jobs that are there change their state");
-  if (row->state == to) return;
-  if (!may_move(row->state, to))
-    throw Error(ErrorKind::Bug,
-                fmt::format("{}: may not move from {} to {}", row->name, to_string(row->state), to_string(to)));
-  if (is_finished(to))
-    db_.run("UPDATE job SET state = ?, reason = ?, phase = '', progress = ?, finished_ms = ? WHERE id = ?",
-            to_string(to), reason, is_good(to) ? 1.0 : 0.0, clock_.wall_ms(), id.value);
-  else
-    db_.run("UPDATE job SET state = ?, reason = ?, phase = '', progress = 0, finished_ms = NULL WHERE id = ?",
-            to_string(to), reason, id.value);
-  if (is_good(to) != is_good(row->state))
-    db_.run("UPDATE job SET num_unmet = num_unmet + ? WHERE id IN (SELECT job_id FROM dependency WHERE needs_id = ?)",
-            is_good(to) ? -1 : 1, id.value);
-  add_event(row->shot, id, "", "state",
-            reason.empty() ? std::string(to_string(to)) : fmt::format("{}: {}", to_string(to), reason));
 }
 
 }  // namespace vantage

@@ -19,6 +19,8 @@ void Store::set_stage_setting(ShotId shot, const std::string& kind, const StageS
 }
 
 std::optional<Store::Suspect> Store::suspect(ShotId shot, const std::string& kind, const std::string& key) {
+  if (!has_suspects_) has_suspects_ = db_.integer_or(0, "SELECT EXISTS (SELECT 1 FROM suspect)") != 0;
+  if (!*has_suspects_) return std::nullopt;
   Query q = db_.query("SELECT content, aside, who FROM suspect WHERE shot_id = ? AND kind = ? AND key = ?", shot.value,
                       kind, key);
   if (!q.step()) return std::nullopt;
@@ -26,6 +28,7 @@ std::optional<Store::Suspect> Store::suspect(ShotId shot, const std::string& kin
 }
 
 void Store::add_suspect(const JobRow& job, const std::string& who) {
+  has_suspects_ = true;
   db_.run("INSERT OR REPLACE INTO suspect (shot_id, kind, key, content, who, asked_ms) VALUES (?, ?, ?, ?, ?, ?)",
           job.shot.value, job.kind, job.key, job.content, who, clock_.wall_ms());
 }

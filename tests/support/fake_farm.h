@@ -83,10 +83,13 @@ class FakeWorker {
     std::erase_if(report_.done_unacked, [&](const DoneAttempt& d) { return listed(orders.acked, d.ref); });
     std::set<AttemptRef> wanted;
     for (const Assignment& a : orders.assigned) wanted.insert(a.ref);
-    std::erase_if(held_, [&](const auto& entry) { return !wanted.contains(entry.first); });
+    std::erase_if(held_, [&](const auto& entry) {
+      return listed(orders.canceled, entry.first) || (!orders.reconciling && !wanted.contains(entry.first));
+    });
     for (const Assignment& a : orders.assigned)
       if (!finished_.contains(a.ref)) held_.emplace(a.ref, a);
   }
+  std::int64_t epoch_seen() const { return report_.epoch_seen; }
   /// Whole state, as it is now.
   WorkerReport report() {
     ++report_.seq;
@@ -213,8 +216,12 @@ class FakeFarm {
   void report(const WorkerReport& r) {
     turn([&] { dispatcher->on_report(r, clock.now_ms); });
   }
-  /// The worker reports, then takes the newest orders.
+  /// The worker reports, then takes the newest orders; first once more, when it has not heard of this epoch.
   void sync(FakeWorker& worker) {
+    if (worker.epoch_seen() != dispatcher->epoch()) talk(worker);
+    talk(worker);
+  }
+  void talk(FakeWorker& worker) {
     report(worker.report());
     const auto found = bus.sent.find(worker.id());
     if (found != bus.sent.end()) worker.take(found->second.back());

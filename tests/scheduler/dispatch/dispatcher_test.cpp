@@ -111,6 +111,67 @@ TEST_F(DispatcherTest, DuplicateReportIsHarmlessAndAckedAgain) {
   EXPECT_THAT(worker.report().done_unacked, IsEmpty());
 }
 
+TEST_F(DispatcherTest, ReportOfBeforeTheStartIsAnsweredAndChangesNothing) {
+  const AttemptRef a = attempt_of(worker, "ingest/a");
+  worker.finish(a);
+  farm.kill();
+  farm.start();
+  const auto events = [&] { return farm.store->db().integer_or(0, "SELECT count(*) FROM event"); };
+  const auto num_events = events();
+  farm.report(worker.report());  // knows the last epoch only: may be an old one, played again
+  EXPECT_EQ(farm.state("ingest/a"), JobState::Reconnect);
+  EXPECT_EQ(farm.dispatcher->num_live_workers(), 0);
+  EXPECT_EQ(events(), num_events);
+  const WorkerOrders answer = farm.bus.sent["w"].back();
+  EXPECT_TRUE(answer.reconciling) << "must not stop anything";
+  EXPECT_EQ(answer.epoch, farm.dispatcher->epoch());
+  worker.take(answer);
+  farm.report(worker.report());
+  EXPECT_EQ(farm.state("ingest/a"), JobState::Done);
+}
+
+TEST_F(DispatcherTest, OurOwnStallCostsNobodyTheLease) {
+  farm.clock.now_ms += 3 * FakeFarm::kLeaseMs;
+  farm.dispatcher->on_stall(3 * FakeFarm::kLeaseMs);
+  farm.turn();
+  EXPECT_EQ(farm.state("ingest/a"), JobState::Running);
+  EXPECT_EQ(farm.store->worker_state("w"), "active");
+  farm.clock.now_ms += FakeFarm::kLeaseMs;
+  farm.turn();
+  EXPECT_NE(farm.store->worker_state("w"), "active");
+}
+
+TEST_F(DispatcherTest, VeryShortJobsAreHandedOutAsManyAsBridgeACommit) {
+  farm.num_edges = 700;
+  for (const std::string done : {"ingest", "calibrate", "navspace"}) {
+    while (!worker.held().empty()) worker.finish(worker.held().begin()->first);
+    farm.sync(worker);
+  }
+  worker.finish(worker.held().begin()->first);
+  WorkerReport r = worker.report();
+  r.done_unacked.back().wall_ms = 0;
+  farm.report(r);
+  EXPECT_THAT(farm.bus.sent["w"].back().assigned, SizeIs(2 * (1 + 256)));
+}
+
+TEST_F(DispatcherTest, KindThatPublishesNothingIsBelievedAndLetsOthersGoOn) {
+  farm.kinds[0].spec.publishes = "";  // ingest
+  farm.kill();
+  farm.start();
+  farm.sync(worker);
+  for (const std::string job : {"ingest/a", "ingest/b"}) {
+    const AttemptRef ref = attempt_of(worker, job);
+    worker.finish(ref);
+    std::filesystem::remove_all(farm.shot_folder() / ".vantage/store/ingest");
+  }
+  farm.sync(worker);
+  EXPECT_EQ(farm.state("ingest/a"), JobState::Done);
+  EXPECT_EQ(farm.job("ingest/a").content, "nothing");
+  EXPECT_EQ(farm.state("calibrate"), JobState::Leased);
+  farm.submit();
+  EXPECT_EQ(farm.state("ingest/a"), JobState::Done) << "a second submission does not run it again";
+}
+
 TEST_F(DispatcherTest, OvertakenReportIsIgnored) {
   const WorkerReport old = worker.report();
   worker.finish(attempt_of(worker, "ingest/a"));
@@ -146,7 +207,7 @@ TEST_F(DispatcherTest, ResultThatIsNotInTheStoreIsNotBelieved) {
 TEST_F(DispatcherTest, RestartedWorkerGivesBackAtOnceWithoutBlame) {
   worker.finish(attempt_of(worker, "ingest/b"));
   worker.restart();
-  farm.report(worker.report());
+  farm.sync(worker);
   EXPECT_EQ(farm.state("ingest/b"), JobState::Done) << "stood in the outbox";
   EXPECT_EQ(farm.num_attempts("ingest/a"), 2) << "handed out again in the same turn";
   EXPECT_EQ(farm.job("ingest/a").num_crashes, 0);
@@ -157,7 +218,7 @@ TEST_F(DispatcherTest, OrdersThatAreNotTakenUpGoToAnother) {
   farm.sync(worker);
   worker.finish(attempt_of(worker, "ingest/a"));
   worker.finish(attempt_of(worker, "ingest/b"));
-  farm.report(deaf.report());  // free before the results arrive: gets calibrate
+  farm.sync(deaf);  // free before the results arrive: gets calibrate
   farm.report(worker.report());
   ASSERT_FALSE(farm.bus.sent["deaf"].back().assigned.empty());
   farm.clock.now_ms += 6'000;

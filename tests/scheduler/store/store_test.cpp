@@ -30,10 +30,16 @@ class StoreTest : public testing::Test {
     if (state != JobState::Blocked) store.move(id, state, "");
     return id;
   }
-  std::string next(Store::Fit fit = {
-                       .free_cores = 4, .free_ram_mb = 1000, .largest_cores = 4, .largest_ram_mb = 1000}) {
-    const auto job = store.next_to_claim(fit);
-    return job ? job->name : "";
+  /// The best of all that can be claimed.
+  std::string next() {
+    const auto classes = store.ready_classes();
+    return classes.empty() ? "" : store.best_of_class(classes.front().id, 1).at(0).name;
+  }
+  std::int64_t counted(const std::string& state) {
+    store.begin();
+    store.commit();
+    return store.db().integer_or(0, "SELECT sum(num) FROM job_count WHERE shot_id = ? AND state = ?", shot.value,
+                                 state);
   }
 
   TemporaryFolder folder;
@@ -47,11 +53,46 @@ TEST_F(StoreTest, RefusesAMoveThatTheTableDoesNotHave) {
   EXPECT_EQ(store.job(job)->state, JobState::Blocked);
 }
 
-TEST_F(StoreTest, EveryMoveWritesAnEvent) {
+TEST_F(StoreTest, AMoveWritesAnEventUnlessAnotherRowSaysIt) {
   const JobId job = add("a");
-  store.move(job, JobState::Leased, "first run");
-  EXPECT_EQ(store.db().text_or("", "SELECT text FROM event WHERE job_id = ? ORDER BY id DESC", job.value),
-            "leased: first run");
+  const auto num_events = [&] {
+    return store.db().integer_or(0, "SELECT count(*) FROM event WHERE job_id = ?", job.value);
+  };
+  EXPECT_EQ(num_events(), 0) << "the job's row says that it is ready";
+  store.begin_attempt(*store.job(job), {.job_id = job.value, .number = 1, .token = 1}, "w", "log");
+  EXPECT_EQ(num_events(), 0) << "the attempt's row says that it is leased";
+  store.move(job, JobState::Ready, "worker w was restarted");
+  EXPECT_EQ(store.db().text_or("", "SELECT text FROM event WHERE job_id = ?", job.value),
+            "ready: worker w was restarted");
+}
+
+TEST_F(StoreTest, CountsFollowEveryChangeAndAreUndoneWithIt) {
+  const JobId a = add("a"), b = add("b");
+  EXPECT_EQ(counted("ready"), 2);
+  store.begin();
+  store.move(a, JobState::Leased, "");
+  EXPECT_THROW(store.guarded([&] {
+    store.move(b, JobState::Leased, "");
+    throw Error(ErrorKind::BadInput, "no");
+  }),
+               Error);
+  store.commit();
+  EXPECT_EQ(counted("leased"), 1);
+  store.begin();
+  store.move(b, JobState::Leased, "");
+  store.rollback();
+  EXPECT_EQ(counted("leased"), 1);
+  EXPECT_EQ(next(), "b");
+}
+
+TEST_F(StoreTest, CountsAreOfThePresentGeneration) {
+  const JobId kept = add("kept");
+  add("dropped");
+  const ShotRow again = store.submit_shot("/shots/a", "a", "", 0);
+  EXPECT_EQ(counted("ready"), 0);
+  store.set_generation(kept, again.generation);
+  EXPECT_EQ(counted("ready"), 1);
+  EXPECT_TRUE(store.has_planned_unfinished(shot));
 }
 
 TEST_F(StoreTest, AMoveToDoneAndBackKeepsWhatDependentsWaitFor) {
@@ -72,36 +113,45 @@ TEST_F(StoreTest, ClaimsByPriorityThenLaterStageThenAge) {
   EXPECT_EQ(next(), "");
 }
 
-TEST_F(StoreTest, ClaimsOnlyWhatFitsAndGivesAGiantJobTheLargestWorkerWhole) {
-  const JobId big = add("big");
+TEST_F(StoreTest, AJobThatAsksForMoreOrHasCrashedIsOfAnotherClass) {
+  const JobId plain = add("plain"), big = add("big"), crashed = add("crashed");
+  EXPECT_EQ(store.ready_classes().size(), 1U);
   store.set_resources(big, 5000, 60);
-  EXPECT_EQ(next({.free_cores = 1, .free_ram_mb = 900, .largest_cores = 4, .largest_ram_mb = 1000}), "");
-  EXPECT_EQ(next({.free_cores = 1, .free_ram_mb = 1000, .largest_cores = 4, .largest_ram_mb = 1000}), "big");
-}
-
-TEST_F(StoreTest, ClaimsAJobThatCrashedOnlyToRunAlone) {
-  store.set_retry(add("crashed"), 0, 1, 0);
-  EXPECT_EQ(next(), "");
-  EXPECT_EQ(next({.free_cores = 4, .free_ram_mb = 1000, .largest_cores = 4, .largest_ram_mb = 1000, .alone = true}),
-            "crashed");
+  store.set_retry(crashed, 0, 1, 0);
+  const auto classes = store.ready_classes();
+  ASSERT_EQ(classes.size(), 3U);
+  EXPECT_EQ(classes[0].first, plain);
+  EXPECT_EQ(classes[1].ram_mb, 5000);
+  EXPECT_TRUE(classes[2].alone);
 }
 
 TEST_F(StoreTest, ClaimsNothingOfAPausedShotNorBeforeItsTime) {
   const JobId job = add("a");
   store.set_retry(job, 1, 0, system_clock().wall_ms() + 60'000);
+  store.wake_waiting();
   EXPECT_EQ(next(), "");
-  store.set_retry(job, 1, 0, 0);
+  store.set_retry(job, 1, 0, system_clock().wall_ms() - 1);
+  EXPECT_EQ(next(), "");
+  store.wake_waiting();
+  EXPECT_EQ(next(), "a");
   store.set_shot_state(shot, "paused", "");
   EXPECT_EQ(next(), "");
   store.set_shot_state(shot, "running", "");
   EXPECT_EQ(next(), "a");
 }
 
+TEST_F(StoreTest, ATryThatWasPutOffForAnHourByAClockSetBackIsDue) {
+  const JobId job = add("a");
+  store.set_retry(job, 1, 0, system_clock().wall_ms() + 5 * 3'600'000);
+  store.wake_waiting();
+  EXPECT_EQ(next(), "a");
+}
+
 TEST_F(StoreTest, AttemptNumbersAreNeverReusedAndTokensMustMatch) {
   const JobId job = add("a");
-  const AttemptRef first = store.begin_attempt(*store.job(job), "w", 11, "log");
-  const AttemptRef second = store.begin_attempt(*store.job(job), "w", 12, "log");
-  EXPECT_EQ(first.number + 1, second.number);
+  const AttemptRef first{.job_id = job.value, .number = 1, .token = 11};
+  store.begin_attempt(*store.job(job), first, "w", "log");
+  EXPECT_THROW(store.begin_attempt(*store.job(job), first, "w", "log"), Error);
   EXPECT_TRUE(store.attempt(first).has_value());
   EXPECT_FALSE(store.attempt({.job_id = job.value, .number = first.number, .token = 99}).has_value());
 }
