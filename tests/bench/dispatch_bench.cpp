@@ -85,9 +85,10 @@ KindEntry noop_kind(int num_jobs) {
 
 std::filesystem::path write_shot(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
-  write_file_atomically(folder / "a.mp4", "a");
+  for (const auto* name : {"a.mp4", "b.mp4"}) write_file_atomically(folder / name, "footage");
   write_file_atomically(folder / "shot.toml",
-                        "[shot]\nname = \"bench\"\n[[camera]]\nname = \"a\"\nfootage = \"a.mp4\"\n");
+                        "[shot]\nname = \"bench\"\n[[camera]]\nname = \"a\"\nfootage = \"a.mp4\"\n"
+                        "[[camera]]\nname = \"b\"\nfootage = \"b.mp4\"\n");
   return folder;
 }
 
