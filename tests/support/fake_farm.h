@@ -162,10 +162,13 @@ class FakeFarm {
   // What tests turn.
   double sigma = 1.2, gain = 1;
   int num_edges = 3;
+  int lease_ms = kLeaseMs;  ///< from the next start() on
   std::vector<KindEntry> kinds;
+  std::function<void()> before_commit = [] {};  ///< a throw is a death with the transaction open: kill() then
 
   FakeClock clock;
   FakeBus bus;
+  Bus* out = &bus;  ///< where flush sends
   std::unique_ptr<Store> store;
   std::unique_ptr<Planner> planner;
   std::unique_ptr<Dispatcher> dispatcher;
@@ -180,8 +183,9 @@ class FakeFarm {
     store->db().script("PRAGMA synchronous = OFF");  // processes die in these tests, the power does not
     planner = std::make_unique<Planner>(*store, kinds);
     dispatcher = std::make_unique<Dispatcher>(
-        *store, *planner,
-        Dispatcher::Options{.farm_id = "f", .lease_ms = kLeaseMs, .random = [this] { return ++random_; }});
+        *store, *planner, Dispatcher::Options{.farm_id = "f", .lease_ms = lease_ms, .random = [this] {
+                                                return 0x9e3779b97f4a7c15ULL * ++random_;
+                                              }});
     store->begin();
     dispatcher->recover(clock.now_ms);
     store->commit();
@@ -210,8 +214,9 @@ class FakeFarm {
     planner->expand_one();
     dispatcher->on_tick(clock.now_ms);
     planner->end_finished_shots();
+    before_commit();
     store->commit();
-    dispatcher->flush(bus, "", clock.now_ms);
+    dispatcher->flush(*out, "", clock.now_ms);
   }
   void report(const WorkerReport& r) {
     turn([&] { dispatcher->on_report(r, clock.now_ms); });
