@@ -24,6 +24,11 @@ std::filesystem::path JobContext::out(const std::string& relative) const {
   return path;
 }
 
+const std::filesystem::path& JobContext::scratch() const {
+  std::filesystem::create_directories(config_.scratch_dir);
+  return config_.scratch_dir;
+}
+
 void JobContext::progress(double fraction, const std::string& phase) {
   if (config_.on_progress) config_.on_progress(fraction, phase);
 }

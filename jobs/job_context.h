@@ -17,7 +17,7 @@ class JobContext {
     std::map<std::string, std::filesystem::path> inputs;   ///< artifact folder by job name
     std::map<std::string, std::filesystem::path> sources;  ///< file by source name
     std::filesystem::path out_dir;                         ///< private; becomes the artifact when run() returns
-    std::filesystem::path scratch_dir;                     ///< private; deleted afterwards
+    std::filesystem::path scratch_dir;                     ///< private; made when asked for, deleted afterwards
     int cores = 1;
     std::function<void(double fraction, const std::string& phase)> on_progress;
   };
@@ -35,7 +35,8 @@ class JobContext {
 
   /// Where to write a file of the artifact; its folder is made.
   std::filesystem::path out(const std::string& relative) const;
-  const std::filesystem::path& scratch() const { return config_.scratch_dir; }
+  /// A folder for what nobody needs afterwards.
+  const std::filesystem::path& scratch() const;
   int cores() const { return config_.cores; }
 
   /// fraction in [0, 1]; cheap, call it often.

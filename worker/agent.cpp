@@ -16,14 +16,17 @@ constexpr std::int64_t kDefaultLeaseMs = 15'000;
 constexpr std::size_t kMaxRecentlyFinished = 10'000;
 /// Oldest go first: a scheduler that never acknowledges must not fill our memory. What was done is found in the store.
 constexpr std::size_t kMaxUnacked = 2'000;
-/// A need is an estimate; only what is far beyond it is killed, before the machine starts to swap.
-constexpr std::int64_t kRamLimitFactor = 4, kRamLimitExtraMb = 4096;
+constexpr std::size_t kMaxSentRemembered = 1'000;
+/// A need is an estimate: half as much again, or 500 MB for the small ones, is forgiven.
+constexpr std::int64_t kRamForgivenMb = 500;
+/// Below this, whoever has most beyond its reservation goes, before the kernel chooses.
+constexpr std::int64_t kMachineFullMb = 200;
 
-bool holds(const std::vector<AttemptRef>& refs, const AttemptRef& ref) {
-  return std::find(refs.begin(), refs.end(), ref) != refs.end();
+std::int64_t ram_limit_mb(const Assignment& a) {
+  return std::max<std::int64_t>(a.ram_mb + a.ram_mb / 2, a.ram_mb + kRamForgivenMb);
 }
 
-std::int64_t ram_limit_mb(const Assignment& a) { return a.ram_mb * kRamLimitFactor + kRamLimitExtraMb; }
+std::set<AttemptRef> set_of(const std::vector<AttemptRef>& refs) { return {refs.begin(), refs.end()}; }
 
 }  // namespace
 
@@ -39,13 +42,15 @@ bool Agent::is_for_us_and_new(const WorkerOrders& o) const {
 
 Actions Agent::on_orders(const WorkerOrders& orders, std::int64_t now_ms) {
   Actions actions;
+  if (orders.worker_id == config_.worker_id && orders.incarnation > config_.incarnation)
+    actions.replaced_by = orders.host;
   if (!is_for_us_and_new(orders)) return actions;
   // The scheduler repeats itself until it sees that it was heard.
   actions.state_changed = std::pair(orders.epoch, orders.seq) != std::pair(epoch_seen_, orders_seq_seen_);
   epoch_seen_ = orders.epoch;
   orders_seq_seen_ = orders.seq;
-  last_orders_ms_ = now_ms;
-  lease_ms_ = orders.lease_ms > 0 ? orders.lease_ms : kDefaultLeaseMs;
+  has_seen_orders_ = true;
+  renew_lease(orders);
   drain_ordered_ = orders.drain;
   take_acks(orders, actions);
   for (const AttemptRef& ref : orders.canceled) cancel(ref, now_ms, actions);
@@ -55,26 +60,35 @@ Actions Agent::on_orders(const WorkerOrders& orders, std::int64_t now_ms) {
   return actions;
 }
 
+/// The scheduler's lease began when it got the report that it names, so ours, which begins when that was sent, ends
+/// before the scheduler's does. A worker that was stopped for a while holds none, whatever orders waited for it.
+void Agent::renew_lease(const WorkerOrders& orders) {
+  const std::int64_t lease_ms = orders.lease_ms > 0 ? orders.lease_ms : kDefaultLeaseMs;
+  while (!sent_.empty() && sent_.front().first <= orders.report_seq_seen) {
+    lease_until_ms_ = sent_.front().second + lease_ms;
+    sent_.pop_front();
+  }
+}
+
 void Agent::take_acks(const WorkerOrders& orders, Actions& actions) {
-  const auto num_erased =
-      std::erase_if(done_unacked_, [&](const DoneAttempt& d) { return holds(orders.acked, d.ref); });
+  if (done_unacked_.empty() || orders.acked.empty()) return;
+  const auto acked = set_of(orders.acked);
+  const auto num_erased = std::erase_if(done_unacked_, [&](const DoneAttempt& d) { return acked.contains(d.ref); });
   actions.state_changed |= num_erased > 0;
 }
 
 void Agent::stop_absent(const WorkerOrders& orders, std::int64_t now_ms, Actions& actions) {
-  const auto is_absent = [&](const AttemptRef& ref) {
-    return std::none_of(orders.assigned.begin(), orders.assigned.end(),
-                        [&](const Assignment& a) { return a.ref == ref; });
-  };
-  actions.state_changed |= std::erase_if(queued_, [&](const Assignment& a) { return is_absent(a.ref); }) > 0;
+  std::set<AttemptRef> assigned;
+  for (const Assignment& a : orders.assigned) assigned.insert(a.ref);
+  actions.state_changed |= std::erase_if(queued_, [&](const Assignment& a) { return !assigned.contains(a.ref); }) > 0;
+  std::erase_if(queued_refs_, [&](const AttemptRef& ref) { return !assigned.contains(ref); });
   for (auto& [ref, running] : running_)
-    if (is_absent(ref)) stop(running, Stop::Unwanted, now_ms, actions);
+    if (!assigned.contains(ref)) stop(running, Stop::Unwanted, now_ms, actions);
 }
 
 void Agent::cancel(const AttemptRef& ref, std::int64_t now_ms, Actions& actions) {
-  const auto queued = std::find_if(queued_.begin(), queued_.end(), [&](const Assignment& a) { return a.ref == ref; });
-  if (queued != queued_.end()) {
-    queued_.erase(queued);
+  if (queued_refs_.erase(ref) > 0) {
+    std::erase_if(queued_, [&](const Assignment& a) { return a.ref == ref; });
     finish({.ref = ref,
             .outcome = Outcome::Canceled,
             .error_kind = "",
@@ -88,13 +102,10 @@ void Agent::cancel(const AttemptRef& ref, std::int64_t now_ms, Actions& actions)
 
 void Agent::take_assigned(const WorkerOrders& orders, Actions& actions) {
   if (drain_requested_) return;  // what is not listed in the report goes to another worker
+  const auto canceled = set_of(orders.canceled), acked = set_of(orders.acked);
   for (const Assignment& a : orders.assigned) {
-    const bool is_queued =
-        std::any_of(queued_.begin(), queued_.end(), [&](const Assignment& q) { return q.ref == a.ref; });
-    const bool is_finished =
-        std::find(recently_finished_.begin(), recently_finished_.end(), a.ref) != recently_finished_.end();
-    if (is_queued || is_finished || running_.contains(a.ref) || holds(orders.canceled, a.ref) ||
-        holds(orders.acked, a.ref))
+    if (finished_.contains(a.ref) || running_.contains(a.ref) || canceled.contains(a.ref) || acked.contains(a.ref) ||
+        !queued_refs_.insert(a.ref).second)
       continue;
     queued_.push_back(a);
     actions.state_changed = true;
@@ -103,23 +114,25 @@ void Agent::take_assigned(const WorkerOrders& orders, Actions& actions) {
 
 bool Agent::has_room_for(const Assignment& next) const {
   if (running_.empty()) return true;  // a job larger than the machine runs alone
-  std::int64_t cores = next.cores, ram_mb = next.ram_mb;
-  for (const auto& [ref, running] : running_) {
-    cores += running.assignment.cores;
-    ram_mb += running.assignment.ram_mb;
-  }
-  return std::ssize(running_) < config_.slots && cores <= config_.cores && ram_mb <= config_.ram_mb;
+  return std::ssize(running_) < config_.slots && used_cores_ + next.cores <= config_.cores &&
+         used_ram_mb_ + next.ram_mb <= config_.ram_mb;
 }
 
 bool Agent::may_start(std::int64_t now_ms) const {
-  return !drain_ordered_ && !drain_requested_ && last_orders_ms_ >= 0 && now_ms - last_orders_ms_ <= lease_ms_;
+  return !drain_ordered_ && !drain_requested_ && trouble_.empty() && has_seen_orders_ && now_ms <= lease_until_ms_;
 }
 
 void Agent::start_queued(std::int64_t now_ms, Actions& actions) {
   while (may_start(now_ms) && !queued_.empty() && has_room_for(queued_.front())) {
     const Assignment next = queued_.front();
     queued_.pop_front();
-    running_[next.ref] = {.assignment = next, .figures = {.ref = next.ref, .phase = "starting"}, .started_ms = now_ms};
+    queued_refs_.erase(next.ref);
+    running_[next.ref] = {.assignment = next,
+                          .figures = {.ref = next.ref, .phase = "starting"},
+                          .started_ms = now_ms,
+                          .active_ms = now_ms};
+    used_cores_ += next.cores;
+    used_ram_mb_ += next.ram_mb;
     actions.start.push_back(next);
     actions.state_changed = true;
   }
@@ -128,37 +141,79 @@ void Agent::start_queued(std::int64_t now_ms, Actions& actions) {
 void Agent::stop(Running& running, Stop why, std::int64_t now_ms, Actions& actions) {
   if (running.stop != Stop::None) return;
   running.stop = why;
+  // Memory goes faster than a polite request is heard.
+  const bool at_once = why == Stop::TooMuchMemory || why == Stop::MachineFull;
   running.kill_at_ms = now_ms + kTermToKillMs;
-  actions.signals.push_back({running.assignment.ref, SIGTERM});
+  actions.signals.push_back({running.assignment.ref, at_once ? SIGKILL : SIGTERM});
   actions.state_changed = true;
 }
 
-Actions Agent::on_tick(std::int64_t now_ms) {
+void Agent::stop_beyond_limits(Running& running, std::int64_t now_ms, Actions& actions) {
+  const std::int64_t timeout_ms = std::int64_t{running.assignment.timeout_s} * 1000;
+  if (running.figures.rss_mb > ram_limit_mb(running.assignment)) stop(running, Stop::TooMuchMemory, now_ms, actions);
+  if (timeout_ms > 0 && now_ms - running.started_ms >= timeout_ms) stop(running, Stop::TimedOut, now_ms, actions);
+  if (now_ms - running.active_ms >= config_.stuck_after_ms) stop(running, Stop::Stuck, now_ms, actions);
+  if (running.stop != Stop::None && now_ms >= running.kill_at_ms)
+    actions.signals.push_back({running.assignment.ref, SIGKILL});
+}
+
+void Agent::relieve_machine(std::int64_t now_ms, std::int64_t free_ram_mb, Actions& actions) {
+  if (free_ram_mb >= kMachineFullMb) return;
+  const auto excess_mb = [](const auto& entry) { return entry.second.figures.rss_mb - entry.second.assignment.ram_mb; };
+  const auto most = std::max_element(running_.begin(), running_.end(),
+                                     [&](const auto& a, const auto& b) { return excess_mb(a) < excess_mb(b); });
+  if (most != running_.end() && excess_mb(*most) > 0) stop(most->second, Stop::MachineFull, now_ms, actions);
+}
+
+Actions Agent::on_tick(std::int64_t now_ms, std::int64_t free_ram_mb) {
   Actions actions;
-  for (auto& [ref, running] : running_) {
-    const std::int64_t timeout_ms = std::int64_t{running.assignment.timeout_s} * 1000;
-    if (timeout_ms > 0 && now_ms - running.started_ms >= timeout_ms) stop(running, Stop::TimedOut, now_ms, actions);
-    if (running.figures.rss_mb > ram_limit_mb(running.assignment)) stop(running, Stop::TooMuchMemory, now_ms, actions);
-    if (running.stop != Stop::None && now_ms >= running.kill_at_ms) actions.signals.push_back({ref, SIGKILL});
+  for (auto& [ref, running] : running_) stop_beyond_limits(running, now_ms, actions);
+  relieve_machine(now_ms, free_ram_mb, actions);
+  start_queued(now_ms, actions);
+  return actions;
+}
+
+Actions Agent::on_progress(const RunningAttempt& seen, std::int64_t cpu_ticks, std::int64_t now_ms) {
+  Actions actions;
+  const auto found = running_.find(seen.ref);
+  if (found == running_.end()) return actions;
+  Running& running = found->second;
+  RunningAttempt& known = running.figures;
+  actions.state_changed = known.phase != seen.phase || known.progress != seen.progress;
+  if (actions.state_changed || cpu_ticks != running.cpu_ticks) running.active_ms = now_ms;
+  running.cpu_ticks = cpu_ticks;
+  known = seen;
+  return actions;
+}
+
+Actions Agent::on_lost(const std::vector<AttemptRef>& refs, std::int64_t now_ms) {
+  Actions actions;
+  for (const AttemptRef& ref : refs) {
+    const auto found = running_.find(ref);
+    if (found == running_.end()) continue;
+    forget_running(found);
+    remember_finished(ref);
+    actions.state_changed = true;
   }
   start_queued(now_ms, actions);
   return actions;
 }
 
-Actions Agent::on_progress(const RunningAttempt& seen) {
+Actions Agent::on_trouble(const std::string& trouble, std::int64_t now_ms) {
   Actions actions;
-  const auto found = running_.find(seen.ref);
-  if (found == running_.end()) return actions;
-  RunningAttempt& known = found->second.figures;
-  actions.state_changed = known.phase != seen.phase || known.progress != seen.progress;
-  known = seen;
+  actions.state_changed = trouble != trouble_;
+  trouble_ = trouble;
+  start_queued(now_ms, actions);
   return actions;
 }
 
 Actions Agent::on_drain_request() {
   drain_requested_ = true;
   queued_.clear();
-  return {.start = {}, .signals = {}, .state_changed = true};
+  queued_refs_.clear();
+  Actions actions;
+  actions.state_changed = true;
+  return actions;
 }
 
 Actions Agent::on_quit_request(std::int64_t now_ms) {
@@ -193,10 +248,18 @@ DoneAttempt Agent::outcome_of(const ChildExit& exit, const Running& running) con
     case Stop::TimedOut:
       return failed(Outcome::Failed, ErrorKind::Resource,
                     fmt::format("ran longer than its limit of {} s", running.assignment.timeout_s));
-    case Stop::TooMuchMemory:
+    case Stop::Stuck:
       return failed(
           Outcome::Failed, ErrorKind::Resource,
-          fmt::format("used {} MB of memory, limit {} MB", running.figures.rss_mb, ram_limit_mb(running.assignment)));
+          fmt::format("hung: no progress and no processor time used for {} s", config_.stuck_after_ms / 1000));
+    case Stop::MachineFull:
+      return failed(Outcome::Failed, ErrorKind::Resource,
+                    fmt::format("stopped because the machine ran out of memory: it used {} MB, {} MB were reserved",
+                                running.figures.rss_mb, running.assignment.ram_mb));
+    case Stop::TooMuchMemory:
+      return failed(Outcome::Failed, ErrorKind::Resource,
+                    fmt::format("used {} MB of memory; {} MB were reserved, the limit is {} MB", running.figures.rss_mb,
+                                running.assignment.ram_mb, ram_limit_mb(running.assignment)));
     case Stop::None:
       break;
   }
@@ -215,7 +278,7 @@ Actions Agent::on_child_exit(const ChildExit& exit, std::int64_t now_ms) {
   const auto found = running_.find(exit.ref);
   if (found == running_.end()) return actions;
   DoneAttempt done = outcome_of(exit, found->second);
-  running_.erase(found);
+  forget_running(found);
   finish(std::move(done), actions);
   start_queued(now_ms, actions);
   return actions;
@@ -230,8 +293,17 @@ void Agent::finish(DoneAttempt done, Actions& actions) {
 }
 
 void Agent::remember_finished(const AttemptRef& ref) {
-  recently_finished_.push_back(ref);
-  if (recently_finished_.size() > kMaxRecentlyFinished) recently_finished_.pop_front();
+  if (!finished_.insert(ref).second) return;
+  finished_in_order_.push_back(ref);
+  if (finished_in_order_.size() <= kMaxRecentlyFinished) return;
+  finished_.erase(finished_in_order_.front());
+  finished_in_order_.pop_front();
+}
+
+void Agent::forget_running(std::map<AttemptRef, Running>::iterator running) {
+  used_cores_ -= running->second.assignment.cores;
+  used_ram_mb_ -= running->second.assignment.ram_mb;
+  running_.erase(running);
 }
 
 WorkerReport Agent::report(const MachineState& machine) {
@@ -247,7 +319,7 @@ WorkerReport Agent::report(const MachineState& machine) {
   r.free_disk_mb = machine.free_disk_mb;
   r.wall_ms = machine.wall_ms;
   r.num_dropped = machine.num_dropped;
-  r.trouble = machine.trouble;
+  r.trouble = trouble_;
   r.tags = config_.tags;
   r.kinds = config_.kinds;
   r.build = config_.build;
@@ -257,6 +329,8 @@ WorkerReport Agent::report(const MachineState& machine) {
   for (const auto& [ref, running] : running_) r.running.push_back(running.figures);
   for (const Assignment& a : queued_) r.running.push_back({a.ref, "queued", 0, 0});
   r.done_unacked = done_unacked_;
+  sent_.emplace_back(r.seq, machine.now_ms);
+  if (sent_.size() > kMaxSentRemembered) sent_.pop_front();
   return r;
 }
 

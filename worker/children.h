@@ -3,27 +3,24 @@
 
 #include <chrono>
 #include <cstdint>
-#include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
 
-#include "schema/messages/protocol.h"
+#include "worker/child_link.h"
+#include "worker/machine.h"
 
 namespace vantage {
 
-/// A program to run for an attempt.
-struct ChildCommand {
-  AttemptRef ref;
-  std::vector<std::string> argv;   ///< argv[0] is the program's path
-  std::filesystem::path log_path;  ///< stdout and stderr, appended
-};
-
-/// Child processes, each the leader of its own process group, killed with its worker, preferred by the kernel when
-/// memory runs out. The thread that calls start() must live as long as the worker: a child is killed when its parent
-/// thread ends.
+/// A worker's side of its fork server (fork_server.h), which it starts, and starts again should it die. The thread that
+/// makes it must live as long as the worker: the server, and all children with it, are killed when that thread ends.
 class Children {
  public:
+  /// Turns the process that was just forked into a fork server on that socket; does not return. System calls only: the
+  /// worker has threads.
+  using Become = std::function<void(int socket)>;
+
   struct Ended {
     AttemptRef ref;
     pid_t pid = 0;
@@ -31,35 +28,59 @@ class Children {
     std::int64_t wall_ms = 0;
     std::int32_t peak_rss_mb = 0;
     bool out_of_memory = false;  ///< the kernel killed something for lack of memory while it ran
+    bool has_outcome = false;    ///< the child told one
+    DoneAttempt outcome;
   };
-  Children() = default;
-  ~Children();  ///< kills and reaps what still runs
+  struct Progress {
+    double fraction = 0;
+    std::string phase = "running";
+  };
+  struct News {
+    std::vector<Ended> ended;
+    std::vector<AttemptRef> lost;  ///< the fork server died, and they with it
+  };
+
+  explicit Children(Become become);
+  ~Children();  ///< kills what still runs
   Children(const Children&) = delete;
   Children& operator=(const Children&) = delete;
 
-  /// Throws Error(Resource) when the machine has no process left, Error(Transient) when the log file or the program
-  /// cannot be opened.
-  void start(const ChildCommand& command);
+  /// Throws Error(Transient) when the fork server cannot be reached.
+  void start(const ChildRequest& request);
   /// To the whole process group.
   void signal_group(const AttemptRef& ref, int signal);
-  /// Children that have ended since the last call; what is left of their groups is killed.
-  std::vector<Ended> reap();
+  /// What happened since the last call.
+  News take();
   std::vector<AttemptRef> running() const;
-  /// Memory of a child and its descendants.
-  std::int32_t rss_mb(const AttemptRef& ref);
-  /// Readable when a child has ended: one descriptor per child, for poll().
-  std::vector<int> exit_fds() const;
+  Progress progress(const AttemptRef& ref) const;
+  /// Of a child and its descendants, now.
+  TreeUsage usage(const AttemptRef& ref);
+  /// Readable when there is news: for poll().
+  int fd() const { return socket_; }
 
  private:
   struct Child {
-    pid_t pid = 0;
-    int pid_fd = -1;
+    pid_t pid = 0;  ///< 0: not forked yet
     std::chrono::steady_clock::time_point start;
     std::int32_t peak_rss_mb = 0;
     std::int64_t oom_kills_before = 0;
+    Progress progress;
+    bool has_outcome = false;
+    DoneAttempt outcome;
   };
-  Ended ended(const AttemptRef& ref, const Child& child, int status, std::int32_t max_rss_mb) const;
+  void start_server();
+  void stop_server();
+  void take_packet(const Json& packet, News& news);
+  Ended ended(const AttemptRef& ref, const Child& child, const Json& packet);
+
+  Become become_;
+  pid_t server_ = -1;
+  int socket_ = -1;
+  std::int64_t oom_kills_seen_ = 0;
   std::map<AttemptRef, Child> children_;
 };
+
+/// Runs `program fork-server`, for Children.
+Children::Become exec_fork_server(const std::string& program);
 
 }  // namespace vantage

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <new>
 #include <system_error>
+#include <thread>
 
 #include "schema/base/clock.h"
 #include "schema/base/error.h"
@@ -19,15 +20,46 @@ namespace vantage {
 namespace fs = std::filesystem;
 namespace {
 
-void check_inputs(const JobFile& job) {
+/// Opens the exact path again and again: what a listing of the folder says may be older still.
+std::optional<Manifest> wait_for_manifest(const fs::path& folder, std::int64_t patience_ms) {
+  const std::int64_t give_up_ms = system_clock().monotonic_ms() + patience_ms;
+  for (std::int64_t pause_ms = 100;; pause_ms = std::min<std::int64_t>(2 * pause_ms, 5'000)) {
+    if (auto manifest = read_valid_manifest(folder)) return manifest;
+    const std::int64_t left_ms = give_up_ms - system_clock().monotonic_ms();
+    if (left_ms <= 0) return std::nullopt;
+    std::this_thread::sleep_for(std::chrono::milliseconds(std::min(pause_ms, left_ms)));
+  }
+}
+
+/// A damaged artifact must never be computed upon. Files up to a size are read whole, which costs little beside the job
+/// that reads them anyway; of larger ones the size was checked, and `vantage verify` reads them.
+void check_files(const std::string& name, const JobFile::Input& input, const Manifest& manifest) {
+  constexpr std::uintmax_t kReadWholeBytes = 8 << 20U;
+  constexpr std::uintmax_t kReadAtMostBytes = 64 << 20U;
+  std::uintmax_t num_read = 0;
+  for (const auto& file : manifest.files) {
+    if (file.size > kReadWholeBytes || num_read + file.size > kReadAtMostBytes) continue;
+    num_read += file.size;
+    const fs::path path = input.folder / file.path;
+    if (const std::string found = hash_file(path); found != file.xxh3)
+      throw DamagedInput(name, fmt::format("input {}: {} is damaged: its hash is {}, its manifest says {}", name,
+                                           path.string(), found, file.xxh3));
+  }
+}
+
+void check_inputs(const JobFile& job, std::int64_t patience_ms) {
   for (const auto& [name, input] : job.inputs) {
-    const auto manifest = read_valid_manifest(input.folder);
+    const auto manifest = wait_for_manifest(input.folder, patience_ms);
+    if (!manifest && fs::exists(input.folder / "manifest.json"))
+      throw DamagedInput(name, fmt::format("input {}: {} is damaged: its files are not those of its manifest", name,
+                                           input.folder.string()));
     if (!manifest)
       throw Error(ErrorKind::Transient,
                   fmt::format("input {}: no complete artifact in {}", name, input.folder.string()));
     if (manifest->content != input.content)
       throw Error(ErrorKind::Transient, fmt::format("input {}: {} has content {}, expected {}", name,
                                                     input.folder.string(), manifest->content, input.content));
+    check_files(name, input, *manifest);
   }
 }
 
@@ -102,13 +134,24 @@ bool disk_is_full(const fs::path& store) {
 
 }  // namespace
 
+void run_without_artifact(const JobFile& job, const RunFunction& run, const ExecuteOptions& options) {
+  JobContext context({.unit = job.unit,
+                      .inputs = {},
+                      .sources = {},
+                      .out_dir = {},
+                      .scratch_dir = options.scratch_dir,
+                      .cores = job.cores,
+                      .on_progress = options.on_progress});
+  run(context, job.params);
+}
+
 Executed execute_job(const JobFile& job, const RunFunction& run, const ExecuteOptions& options) {
   const fs::path final_folder = artifact_folder(job.store, job.kind, job.key);
   if (auto manifest = read_valid_manifest(final_folder)) return {final_folder, std::move(*manifest), true};
   if (const std::string key = job_key(job); key != job.key)
     throw Error(ErrorKind::BadInput,
                 fmt::format("job {}: key is {}, but its contents hash to {}", job.job, job.key, key));
-  check_inputs(job);
+  check_inputs(job, options.input_patience_ms);
   check_sources(job);
   remove_private_folders_of(job.store, job.key, 0);
   const PrivateFolder folder(job.store, job.key);

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <sstream>
 #include <vector>
 
 namespace vantage {
@@ -30,10 +31,28 @@ std::vector<pid_t> children_of(pid_t pid) {
   return out;
 }
 
-std::int64_t rss_pages(pid_t pid) {
-  std::ifstream in(fmt::format("/proc/{}/statm", pid));
-  std::int64_t total = 0, resident = 0;
-  return in >> total >> resident ? resident : 0;
+struct ProcessUsage {
+  std::int64_t rss_pages = 0, cpu_ticks = 0;
+};
+
+ProcessUsage usage_of(pid_t pid) {
+  std::ifstream in(fmt::format("/proc/{}/stat", pid));
+  std::string line;
+  std::getline(in, line);
+  const std::size_t name_end = line.rfind(')');
+  if (name_end == std::string::npos) return {};
+  std::istringstream fields(line.substr(name_end + 1));
+  std::string skipped;
+  for (int i = 3; i < 14; ++i) fields >> skipped;  // proc(5) counts from 1; the name is the second
+  ProcessUsage out;
+  for (int i = 14; i <= 17; ++i) {  // utime, stime, cutime, cstime
+    std::int64_t ticks = 0;
+    fields >> ticks;
+    out.cpu_ticks += ticks;
+  }
+  for (int i = 18; i < 24; ++i) fields >> skipped;
+  fields >> out.rss_pages;
+  return out;
 }
 
 }  // namespace
@@ -57,15 +76,25 @@ int total_ram_mb() {
   return static_cast<int>(bytes / kMiB);
 }
 
-int tree_rss_mb(pid_t root) {
+int available_ram_mb() {
+  std::ifstream in("/proc/meminfo");
+  std::string name, unit;
+  for (std::int64_t kib = 0; in >> name >> kib >> unit;)
+    if (name == "MemAvailable:") return static_cast<int>(kib / 1024);
+  return total_ram_mb();
+}
+
+TreeUsage tree_usage(pid_t root) {
   std::vector<pid_t> todo{root};
-  std::int64_t pages = 0;
+  ProcessUsage sum;
   for (std::size_t i = 0; i < todo.size(); ++i) {
-    pages += rss_pages(todo[i]);
+    const ProcessUsage one = usage_of(todo[i]);
+    sum.rss_pages += one.rss_pages;
+    sum.cpu_ticks += one.cpu_ticks;
     const auto children = children_of(todo[i]);
     todo.insert(todo.end(), children.begin(), children.end());
   }
-  return static_cast<int>(pages * sysconf(_SC_PAGESIZE) / kMiB);
+  return {static_cast<std::int32_t>(sum.rss_pages * sysconf(_SC_PAGESIZE) / kMiB), sum.cpu_ticks};
 }
 
 std::int64_t num_oom_kills() {

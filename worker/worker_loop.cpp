@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 #include <poll.h>
-#include <signal.h>
 #include <spdlog/spdlog.h>
 #include <sys/prctl.h>
-#include <sys/signalfd.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,14 +11,16 @@
 
 #include "schema/base/clock.h"
 #include "schema/base/error.h"
-#include "schema/base/files.h"
 #include "schema/formats/job_file.h"
 #include "schema/messages/endpoint.h"
 #include "worker/agent.h"
 #include "worker/children.h"
 #include "worker/commit.h"
-#include "worker/execute_job.h"
+#include "worker/exec_command.h"
+#include "worker/log_limit.h"
 #include "worker/machine.h"
+#include "worker/signals.h"
+#include "worker/store_watch.h"
 #include "worker/worker_state.h"
 
 namespace vantage {
@@ -31,38 +31,24 @@ constexpr std::int64_t kMinReportPauseMs = 5;
 constexpr std::int64_t kReportEveryMs = 1000;
 constexpr std::int64_t kReportUntilHeardMs = 200;  ///< before the first orders: the scheduler may have just come up
 constexpr std::int64_t kTickEveryMs = 250;
-constexpr std::int64_t kFarewellMs = 2000;  ///< wait for acknowledgements before a drained worker ends
+constexpr std::int64_t kLookAtStoresEveryMs = 1000;
+constexpr std::int64_t kOutboxEveryMs = 200;  ///< most results are acknowledged before they need to be kept
+constexpr std::int64_t kFarewellMs = 2000;    ///< wait for acknowledgements before a drained worker ends
+constexpr int kExitReplaced = 2;
 
-/// Signals as something to poll; blocked from here on in every thread made later.
-class Signals {
- public:
-  Signals() {
-    sigset_t set;
-    sigemptyset(&set);
-    for (const int s : {SIGTERM, SIGINT, SIGHUP, SIGCHLD}) sigaddset(&set, s);
-    sigprocmask(SIG_BLOCK, &set, nullptr);
-    fd_ = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);
-    check(fd_ >= 0, "the process has file descriptors left");
-  }
-  ~Signals() { close(fd_); }
-  Signals(const Signals&) = delete;
-  Signals& operator=(const Signals&) = delete;
-  int fd() const { return fd_; }
-  /// The next one; 0 when there is none.
-  int take() {
-    signalfd_siginfo info{};
-    return read(fd_, &info, sizeof info) == sizeof info ? static_cast<int>(info.ssi_signo) : 0;
-  }
-
- private:
-  int fd_;
+/// What the worker knows of a running attempt beside the agent.
+struct Attempt {
+  std::string spec_path;
+  LogLimit log;
 };
 
 /// Joins the pure agent to processes, messages, files and signals. One thread.
 class Worker {
  public:
   Worker(const WorkerOptions& options, const WorkerProgram& program)
-      : state_(options.state_dir),
+      : children_(exec_fork_server(fs::read_symlink("/proc/self/exe").string())),
+        program_(program),
+        state_(options.state_dir),
         agent_(config_of(options, program, state_), state_.read_outbox()),
         parent_(options.die_with_parent ? getppid() : 0),
         endpoint_({.url = options.bus_url,
@@ -70,6 +56,7 @@ class Worker {
                    .role = LcmEndpoint::Role::Worker,
                    .sender = state_.worker_id(),
                    .incarnation = state_.incarnation()}) {
+    stores_.learn(state_.folder());
     // A parent that dies without a word is noticed at once; SIGHUP also says that the terminal has gone.
     if (options.die_with_parent) prctl(PR_SET_PDEATHSIG, SIGHUP);
   }
@@ -80,12 +67,16 @@ class Worker {
       wait();
       take_signals();
       take_messages();
-      take_exits();
+      take_children();
       if (now_ms() >= next_tick_ms_) tick();
       send_report_when_due();
       save_outbox();
     }
+<<<<<<< HEAD
     return exit_code_;
+=======
+    return exit_status_;
+>>>>>>> 4b95903 (worker: children are forked from a server that has the libraries loaded)
   }
 
  private:
@@ -98,6 +89,7 @@ class Worker {
     config.slots = options.slots;
     config.cores = options.cores > 0 ? options.cores : num_usable_cores();
     config.ram_mb = options.ram_mb > 0 ? options.ram_mb : total_ram_mb() / 10 * 9;
+    config.stuck_after_ms = std::int64_t{options.stuck_after_s} * 1000;
     config.tags = options.tags;
     config.build = VANTAGE_VERSION;
     Capabilities capabilities = capabilities_of(program.runs);
@@ -115,16 +107,16 @@ class Worker {
   }
 
   void wait() {
-    std::vector<pollfd> fds;
-    for (const int fd : children_.exit_fds()) fds.push_back({.fd = fd, .events = POLLIN, .revents = 0});
-    for (const int fd : {signals_.fd(), endpoint_.wake_fd()}) fds.push_back({.fd = fd, .events = POLLIN, .revents = 0});
+    pollfd fds[] = {{.fd = children_.fd(), .events = POLLIN, .revents = 0},
+                    {.fd = signals_.fd(), .events = POLLIN, .revents = 0},
+                    {.fd = endpoint_.wake_fd(), .events = POLLIN, .revents = 0}};
     const std::int64_t until_ms = std::min(next_tick_ms_, next_report_ms_);
-    poll(fds.data(), fds.size(), static_cast<int>(std::clamp<std::int64_t>(until_ms - now_ms(), 0, kTickEveryMs)));
+    poll(fds, std::size(fds), static_cast<int>(std::clamp<std::int64_t>(until_ms - now_ms(), 0, kTickEveryMs)));
   }
 
   void take_signals() {
     for (int s = 0; (s = signals_.take()) != 0;) {
-      if (s == SIGCHLD || (s == SIGHUP && parent_ != 0 && getppid() == parent_)) continue;
+      if (s == SIGHUP && parent_ != 0 && getppid() == parent_) continue;
       const bool again = std::exchange(asked_to_stop_, true);
       if (s == SIGTERM && !again) {
         spdlog::info("draining: finishing what runs");
@@ -159,101 +151,147 @@ class Worker {
     quit();
   }
 
-  void take_exits() {
-    for (const Children::Ended& ended : children_.reap()) {
-      const AttemptFiles files = state_.files_of(ended.ref);
-      ChildExit exit{.ref = ended.ref,
-                     .exit_code = ended.exit_code,
-                     .signal = ended.signal,
-                     .wall_ms = ended.wall_ms,
-                     .peak_rss_mb = ended.peak_rss_mb,
-                     .out_of_memory = ended.out_of_memory,
-                     .has_outcome = false,
-                     .outcome = {}};
-      if (const auto outcome = read_outcome(files.outcome())) {
-        exit.has_outcome = true;
-        exit.outcome = *outcome;
-      }
-      const Actions actions = agent_.on_child_exit(exit, now_ms());
-      apply(actions);
-      send_report_when_due();
-      clean_up(ended);
+  void take_children() {
+    const Children::News news = children_.take();
+    if (!news.lost.empty()) {
+      spdlog::warn("the fork server died, and {} jobs with it: they will be given out again", news.lost.size());
+      apply(agent_.on_lost(news.lost, now_ms()));
     }
+    for (const Children::Ended& ended : news.ended) {
+      apply(agent_.on_child_exit({.ref = ended.ref,
+                                  .exit_code = ended.exit_code,
+                                  .signal = ended.signal,
+                                  .wall_ms = ended.wall_ms,
+                                  .peak_rss_mb = ended.peak_rss_mb,
+                                  .out_of_memory = ended.out_of_memory,
+                                  .has_outcome = ended.has_outcome,
+                                  .outcome = ended.outcome},
+                                 now_ms()));
+    }
+    send_report_when_due();
+    for (const Children::Ended& ended : news.ended) clean_up(ended);
+    for (const AttemptRef& ref : news.lost) clean_up({.ref = ref, .signal = SIGKILL, .outcome = {}});
   }
 
   /// After the report: deleting a large scratch folder takes its time.
   void clean_up(const Children::Ended& ended) {
     std::error_code ignored;  // the folder is cleared again at the next start
-    fs::remove_all(state_.files_of(ended.ref).folder, ignored);
-    const auto store = stores_.find(ended.ref);
-    if (store == stores_.end()) return;
-    if (ended.signal != 0) remove_private_folders_of(store->second.first, store->second.second, ended.pid);
-    stores_.erase(store);
+    fs::remove_all(state_.scratch_of(ended.ref), ignored);
+    const auto found = attempts_.find(ended.ref);
+    if (found == attempts_.end()) return;
+    found->second.log.enforce();
+    if (ended.signal != 0) remove_what_it_left(found->second.spec_path, ended.pid);
+    attempts_.erase(found);
+  }
+
+  /// The half-made artifact of a killed child. A spec that cannot be read was the child's to complain about.
+  static void remove_what_it_left(const std::string& spec_path, pid_t pid) {
+    if (spec_path.empty()) return;
+    try {
+      const JobFile job = read_job_file(spec_path);
+      remove_private_folders_of(job.store, job.key, pid);
+    } catch (const Error& e) {
+      spdlog::debug("{}", e.what());
+    }
   }
 
   void tick() {
     next_tick_ms_ = now_ms() + kTickEveryMs;
     if (parent_ != 0 && getppid() != parent_) quit();
     for (const AttemptRef& ref : children_.running()) {
-      const Progress progress = read_progress(state_.files_of(ref).progress()).value_or(Progress{0, "running"});
-      apply(agent_.on_progress({ref, progress.phase, progress.fraction, children_.rss_mb(ref)}));
+      const Children::Progress progress = children_.progress(ref);
+      const TreeUsage usage = children_.usage(ref);
+      apply(agent_.on_progress({ref, progress.phase, progress.fraction, usage.rss_mb}, usage.cpu_ticks, now_ms()));
     }
-    apply(agent_.on_tick(now_ms()));
+    for (auto& [ref, attempt] : attempts_) attempt.log.enforce();
+    apply(agent_.on_tick(now_ms(), available_ram_mb()));
+    look_at_stores();
     if (const bool connected = endpoint_.connected(); connected != was_connected_) {
       was_connected_ = connected;
       if (connected) changed_ = true;
     }
   }
 
-  void apply(const Actions& actions) {
-    changed_ |= actions.state_changed;
-    outbox_grew_ |= actions.outbox_grew;
-    for (const SignalChild& s : actions.signals) children_.signal_group(s.ref, s.signal);
-    for (const Assignment& a : actions.start) start(a);
+  void look_at_stores() {
+    if (now_ms() < next_look_ms_) return;
+    next_look_ms_ = now_ms() + kLookAtStoresEveryMs;
+    std::string trouble = stores_.trouble();
+    if (trouble == trouble_) return;
+    trouble_ = std::move(trouble);
+    spdlog::warn("{}", trouble_.empty() ? "there is room again: taking work" : trouble_ + ": taking no work");
+    apply(agent_.on_trouble(trouble_, now_ms()));
   }
 
-  void start(const Assignment& a) {
+  /// A job inside the worker ends at once and may make room for the next: a queue, since there may be hundreds.
+  void apply(Actions actions) {
+    std::deque<Assignment> to_start;
+    for (;;) {
+      changed_ |= actions.state_changed;
+      outbox_grew_ |= actions.outbox_grew;
+      for (const SignalChild& s : actions.signals) children_.signal_group(s.ref, s.signal);
+      if (!actions.replaced_by.empty()) stop_as_replaced(actions.replaced_by);
+      to_start.insert(to_start.end(), actions.start.begin(), actions.start.end());
+      if (to_start.empty()) return;
+      const Assignment next = std::move(to_start.front());
+      to_start.pop_front();
+      actions = start(next);
+    }
+  }
+
+  void stop_as_replaced(const std::string& host) {
+    if (quit_) return;
+    spdlog::error(
+        "another worker uses this identity: {}; stopping. Give each worker its own --state folder, not a copy", host);
+    exit_status_ = kExitReplaced;
+    quit_ = true;
+    apply(agent_.on_quit_request(now_ms()));
+  }
+
+  Actions start(const Assignment& a) {
     try {
-      const AttemptFiles files = state_.files_of(a.ref);
-      fs::create_directories(files.scratch());
-      children_.start({.ref = a.ref, .argv = command_of(a, files), .log_path = a.log_path});
-      remember_store(a);
+      if (const RunEntry* run = in_worker_run(a)) return run_here(a, *run);
+      children_.start({.ref = a.ref,
+                       .spec_path = a.spec_path,
+                       .spec_hash = a.spec_hash,
+                       .kind = a.kind,
+                       .spec = a.spec,
+                       .log_path = a.log_path,
+                       .scratch_dir = state_.scratch_of(a.ref).string(),
+                       .cores = a.cores});
+      attempts_.emplace(a.ref, Attempt{a.spec_path, LogLimit(a.log_path)});
+      if (!a.spec_path.empty()) stores_.learn(fs::path(a.spec_path).parent_path());
+      return {};
     } catch (const std::exception& e) {
-      ChildExit exit;
-      exit.ref = a.ref;
-      exit.has_outcome = true;
-      const Error error = error_of(e, state_.folder());
-      exit.outcome.outcome = Outcome::Failed;
-      exit.outcome.error_kind = to_string(error.kind());
-      exit.outcome.message = one_line(error.what());
-      apply(agent_.on_child_exit(exit, now_ms()));
+      return failed(a, error_of(e, state_.folder()));
     }
   }
 
-  std::vector<std::string> command_of(const Assignment& a, const AttemptFiles& files) const {
-    return {program_.string(),
-            "exec",
-            a.spec_path,
-            "--spec-hash",
-            a.spec_hash,
-            "--cores",
-            std::to_string(a.cores),
-            "--outcome",
-            files.outcome().string(),
-            "--progress",
-            files.progress().string(),
-            "--scratch",
-            files.scratch().string()};
+  const RunEntry* in_worker_run(const Assignment& a) const {
+    for (const RunEntry& entry : program_.runs)
+      if (entry.spec.in_worker && a.kind == kind_and_version(entry.spec)) return &entry;
+    return nullptr;
   }
 
-  /// Where a killed child may leave a half-made artifact. A spec that cannot be read is the child's to complain about.
-  void remember_store(const Assignment& a) {
-    try {
-      const JobFile job = read_job_file(a.spec_path);
-      stores_[a.ref] = {job.store, job.key};
-    } catch (const Error& e) {
-      spdlog::debug("{}", e.what());
-    }
+  Actions run_here(const Assignment& a, const RunEntry& entry) {
+    const std::int64_t start_ms = now_ms();
+    const JobFile job = a.spec_path.empty() ? inline_job(a.kind, a.spec) : read_job_file(a.spec_path);
+    run_without_artifact(job, entry.run, {.scratch_dir = state_.scratch_of(a.ref), .on_progress = {}});
+    ChildExit exit;
+    exit.ref = a.ref;
+    exit.has_outcome = true;
+    exit.outcome.content = kNothingPublished;
+    exit.wall_ms = now_ms() - start_ms;
+    return agent_.on_child_exit(exit, now_ms());
+  }
+
+  Actions failed(const Assignment& a, const Error& error) {
+    ChildExit exit;
+    exit.ref = a.ref;
+    exit.has_outcome = true;
+    exit.outcome.outcome = Outcome::Failed;
+    exit.outcome.error_kind = to_string(error.kind());
+    exit.outcome.message = one_line(error.what());
+    return agent_.on_child_exit(exit, now_ms());
   }
 
   void send_report_when_due() {
@@ -261,20 +299,16 @@ class Worker {
     const std::int64_t every = agent_.has_seen_orders() ? kReportEveryMs : kReportUntilHeardMs;
     const std::int64_t due = last_report_ms_ + (changed_ ? kMinReportPauseMs : every);
     if (now >= due) {
-      endpoint_.publish(agent_.report(machine_state()));
+      endpoint_.publish(agent_.report({.now_ms = now,
+                                       .free_disk_mb = free_disk(),
+                                       .wall_ms = system_clock().wall_ms(),
+                                       .num_dropped = endpoint_.drops().total()}));
       last_report_ms_ = now;
       changed_ = false;
       next_report_ms_ = now + every;
     } else {
       next_report_ms_ = due;
     }
-  }
-
-  MachineState machine_state() const {
-    return {.free_disk_mb = free_disk(),
-            .wall_ms = system_clock().wall_ms(),
-            .num_dropped = endpoint_.drops().total(),
-            .trouble = {}};
   }
 
   std::int32_t free_disk() const {
@@ -285,33 +319,39 @@ class Worker {
                        std::min<std::uintmax_t>(space.available >> 20U, std::numeric_limits<std::int32_t>::max()));
   }
 
-  /// After the report has gone: being durable takes milliseconds, and the report is what the farm waits for.
   void save_outbox() {
     const bool shrank = agent_.done_unacked().size() < num_saved_;
-    if (!outbox_grew_ && !(shrank && now_ms() >= next_outbox_ms_)) return;
+    if (!outbox_grew_ && !shrank) return;
+    if (now_ms() < next_outbox_ms_ && !agent_.is_drained()) return;
+    next_outbox_ms_ = now_ms() + kOutboxEveryMs;
     try {
       state_.write_outbox(agent_.done_unacked());
       num_saved_ = agent_.done_unacked().size();
-      outbox_grew_ = false;
-    } catch (const Error& e) {
+    } catch (const std::exception& e) {
       spdlog::warn("results are reported but cannot be kept over a restart: {}", e.what());
-      outbox_grew_ = false;
     }
-    next_outbox_ms_ = now_ms() + kReportEveryMs;
+    outbox_grew_ = false;
   }
 
-  Signals signals_;  // first: threads made later inherit the blocked signals
+  Signals signals_;    // first: threads made later inherit the blocked signals
+  Children children_;  // before threads are made
+  const WorkerProgram& program_;
   WorkerState state_;
   Agent agent_;
   pid_t parent_;
   LcmEndpoint endpoint_;
-  Children children_;
-  fs::path program_ = fs::read_symlink("/proc/self/exe");
-  std::map<AttemptRef, std::pair<fs::path, std::string>> stores_;  ///< store and key of running attempts
+  std::map<AttemptRef, Attempt> attempts_;  ///< that have a child
+  StoreWatch stores_;
+  std::string trouble_;
   bool asked_to_stop_ = false, quit_ = false;
+<<<<<<< HEAD
   int exit_code_ = 0;
+=======
+  int exit_status_ = 0;
+>>>>>>> 4b95903 (worker: children are forked from a server that has the libraries loaded)
   bool changed_ = true, outbox_grew_ = false, was_connected_ = false;
-  std::int64_t last_report_ms_ = 0, next_report_ms_ = 0, next_tick_ms_ = 0, next_outbox_ms_ = 0, drained_at_ms_ = -1;
+  std::int64_t last_report_ms_ = 0, next_report_ms_ = 0, next_tick_ms_ = 0, next_outbox_ms_ = 0, next_look_ms_ = 0,
+               drained_at_ms_ = -1;
   std::size_t num_saved_ = 0;
 };
 

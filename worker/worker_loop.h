@@ -14,8 +14,9 @@ struct WorkerOptions {
   int slots = 1;
   std::string pool = "default";
   std::vector<std::string> tags;
-  int cores = 0;   ///< 0: all this process may use
-  int ram_mb = 0;  ///< 0: nine tenths of the machine's
+  int cores = 0;            ///< 0: all this process may use
+  int ram_mb = 0;           ///< 0: nine tenths of the machine's
+  int stuck_after_s = 900;  ///< without progress and processor time
   bool die_with_parent = false;
 };
 

@@ -23,6 +23,7 @@ struct Cli {
   CLI::App* exec_command = nullptr;
   CLI::App* probe_command = nullptr;
   CLI::App* kinds_command = nullptr;
+  CLI::App* fork_server_command = nullptr;
 };
 
 void declare_worker(CLI::App& app, WorkerOptions& w) {
@@ -39,6 +40,9 @@ void declare_worker(CLI::App& app, WorkerOptions& w) {
   app.add_option("--ram-mb", w.ram_mb, "memory that jobs may use; 0: all but a tenth")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  app.add_option("--stuck-after-s", w.stuck_after_s, "stop a job without progress and processor time for that long")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   app.add_flag("--die-with-parent", w.die_with_parent,
                "stop, and stop all jobs, when the process that started it ends");
 }
@@ -51,8 +55,6 @@ void declare_exec(Cli& cli) {
       ->check(CLI::Range(0, 4096));
   cli.exec_command->add_option("--scratch", cli.exec.scratch_dir, "folder for temporary files");
   cli.exec_command->add_option("--spec-hash", cli.exec.spec_hash, "refuse a job file with another hash");
-  cli.exec_command->add_option("--outcome", cli.exec.outcome_file, "write how it ended to this file");
-  cli.exec_command->add_option("--progress", cli.exec.progress_file, "write progress to this file");
 }
 
 void declare(Cli& cli, const WorkerProgram& program) {
@@ -66,6 +68,7 @@ void declare(Cli& cli, const WorkerProgram& program) {
   }
   cli.kinds_command = cli.app.add_subcommand("kinds", "list the kinds of jobs");
   cli.kinds_command->add_flag("--json", cli.json, "for programs");
+  cli.fork_server_command = cli.app.add_subcommand("fork-server", "started by a worker for itself")->group("");
 }
 
 int print_kinds(const RunTable& runs, bool json) {
@@ -85,6 +88,10 @@ int run(const Cli& cli, const WorkerProgram& program) {
   if (cli.exec_command->parsed()) return run_exec_command(cli.exec, program);
   if (cli.probe_command != nullptr && cli.probe_command->parsed()) return program.probe(cli.footage, cli.json);
   if (cli.kinds_command->parsed()) return print_kinds(program.runs, cli.json);
+  if (cli.fork_server_command->parsed())
+    return run_fork_server(kForkServerSocket, [&program](const ChildRequest& request, ChildLink& link) {
+      return run_child(request, link, program);
+    });
   return run_worker(cli.worker, program);
 }
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 
 #include "schema/base/clock.h"
 #include "schema/base/error.h"
@@ -118,11 +119,16 @@ std::vector<DoneAttempt> WorkerState::read_outbox() const {
 void WorkerState::write_outbox(const std::vector<DoneAttempt>& done) const {
   Json all = Json::array();
   for (const DoneAttempt& d : done) all.push_back(to_json(d));
-  write_file_atomically(folder_ / "outbox.json", all.dump(-1, ' ', false, Json::error_handler_t::replace));
+  const fs::path temporary = folder_ / "outbox.json.tmp";
+  std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
+  out << all.dump(-1, ' ', false, Json::error_handler_t::replace);
+  out.close();
+  if (!out) throw Error(ErrorKind::Resource, fmt::format("{}: cannot be written", temporary.string()));
+  fs::rename(temporary, folder_ / "outbox.json");
 }
 
-AttemptFiles WorkerState::files_of(const AttemptRef& ref) const {
-  return {folder_ / "attempts" / fmt::format("{}.{}", ref.job_id, ref.number)};
+fs::path WorkerState::scratch_of(const AttemptRef& ref) const {
+  return folder_ / "attempts" / fmt::format("{}.{}", ref.job_id, ref.number);
 }
 
 }  // namespace vantage

@@ -5,14 +5,13 @@
 #include <vector>
 
 #include "schema/messages/protocol.h"
-#include "worker/attempt_files.h"
 
 namespace vantage {
 
 /// A worker's folder: who it is, and what it has finished but nobody has acknowledged. Survives restarts.
 ///   worker.json    {"id", "incarnation"}; locked while a worker uses the folder
 ///   outbox.json    done_unacked
-///   attempts/      a folder per running attempt
+///   attempts/      scratch of running attempts
 class WorkerState {
  public:
   /// Makes the folder, a new id when there is none, and an incarnation higher than any before; clears attempts/.
@@ -27,10 +26,11 @@ class WorkerState {
   std::int64_t incarnation() const { return incarnation_; }
 
   std::vector<DoneAttempt> read_outbox() const;
-  /// Durable when it returns.
+  /// Survives the end of this process, not that of the machine: what was committed is found in the store.
   void write_outbox(const std::vector<DoneAttempt>& done) const;
 
-  AttemptFiles files_of(const AttemptRef& ref) const;
+  /// Scratch of an attempt; not made here.
+  std::filesystem::path scratch_of(const AttemptRef& ref) const;
 
  private:
   void lock();

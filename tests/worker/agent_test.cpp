@@ -7,6 +7,7 @@ namespace vantage {
 namespace {
 
 constexpr std::int64_t kLeaseMs = 15'000;
+constexpr std::int64_t kFreeMb = 8'000;  // memory of the machine
 
 AttemptRef ref_of(std::int64_t job) { return {job, 1, 1000 + job}; }
 
@@ -39,6 +40,7 @@ struct AgentTest : ::testing::Test {
   Actions order(std::vector<Assignment> assigned, std::int64_t now_ms = 0) {
     orders.assigned = std::move(assigned);
     ++orders.seq;
+    orders.report_seq_seen = agent.report({.now_ms = now_ms}).seq;
     return agent.on_orders(orders, now_ms);
   }
   Actions finish(std::int64_t job, std::int64_t now_ms = 0) {
@@ -210,12 +212,12 @@ TEST_F(AgentTest, KernelsOutOfMemoryKillIsAResourceFailure) {
 
 TEST_F(AgentTest, TimeOutAsksThenKillsThenReportsResource) {
   order({assignment(1, 1, 60)}, 0);
-  EXPECT_TRUE(agent.on_tick(59'999).signals.empty());
-  const Actions term = agent.on_tick(60'000);
+  EXPECT_TRUE(agent.on_tick(59'999, kFreeMb).signals.empty());
+  const Actions term = agent.on_tick(60'000, kFreeMb);
   ASSERT_EQ(term.signals.size(), 1U);
   EXPECT_EQ(term.signals[0].signal, SIGTERM);
-  EXPECT_TRUE(agent.on_tick(69'999).signals.empty());
-  const Actions kill = agent.on_tick(70'000);
+  EXPECT_TRUE(agent.on_tick(69'999, kFreeMb).signals.empty());
+  const Actions kill = agent.on_tick(70'000, kFreeMb);
   ASSERT_EQ(kill.signals.size(), 1U);
   EXPECT_EQ(kill.signals[0].signal, SIGKILL);
   die(1, SIGKILL);
@@ -225,17 +227,93 @@ TEST_F(AgentTest, TimeOutAsksThenKillsThenReportsResource) {
 
 TEST_F(AgentTest, FarTooMuchMemoryIsAResourceFailure) {
   order({assignment(1)});
-  agent.on_progress({ref_of(1), "warping", 0.5, 4096 + 401});
-  EXPECT_EQ(agent.on_tick(10).signals.size(), 1U);
-  die(1, SIGTERM);
+  agent.on_progress({ref_of(1), "warping", 0.5, 600}, 1, 5);
+  EXPECT_TRUE(agent.on_tick(5, kFreeMb).signals.empty());
+  agent.on_progress({ref_of(1), "warping", 0.5, 601}, 1, 10);
+  const Actions actions = agent.on_tick(10, kFreeMb);
+  ASSERT_EQ(actions.signals.size(), 1U);
+  EXPECT_EQ(actions.signals[0].signal, SIGKILL) << "memory goes faster than a polite request is heard";
+  die(1, SIGKILL);
+  EXPECT_EQ(agent.done_unacked().at(0).message, "used 601 MB of memory; 100 MB were reserved, the limit is 600 MB");
   EXPECT_EQ(agent.done_unacked().at(0).error_kind, "resource");
 }
 
 TEST_F(AgentTest, LostSchedulerLetsRunningGoOnButStartsNothing) {
   order({assignment(1), assignment(2), assignment(3)}, 0);
-  EXPECT_TRUE(agent.on_tick(kLeaseMs + 1).signals.empty());
+  EXPECT_TRUE(agent.on_tick(kLeaseMs + 1, kFreeMb).signals.empty());
   EXPECT_TRUE(finish(1, kLeaseMs + 1).start.empty());
-  EXPECT_EQ(agent.on_orders(orders, kLeaseMs + 2).start.size(), 1U) << "the scheduler is back";
+  EXPECT_TRUE(agent.on_orders(orders, kLeaseMs + 2).start.empty()) << "orders that waited since then renew nothing";
+  EXPECT_EQ(order(orders.assigned, kLeaseMs + 3).start.size(), 1U) << "the scheduler is back";
+}
+
+TEST_F(AgentTest, LeaseRunsFromWhenTheAnsweredReportWasSent) {
+  const std::int64_t seq = agent.report({.now_ms = 1'000}).seq;
+  agent.report({.now_ms = 9'000});
+  orders.assigned = {assignment(1)};
+  orders.seq = 1;
+  orders.report_seq_seen = seq;
+  EXPECT_TRUE(agent.on_orders(orders, 1'000 + kLeaseMs + 1).start.empty()) << "stopped for a while, then continued";
+  orders.seq = 2;
+  orders.report_seq_seen = seq + 1;
+  EXPECT_EQ(agent.on_orders(orders, 1'000 + kLeaseMs + 2).start.size(), 1U);
+}
+
+TEST_F(AgentTest, ChildWithoutProgressAndProcessorTimeHangs) {
+  order({assignment(1, 1, 0)}, 0);
+  agent.on_progress({ref_of(1), "warping", 0.5, 10}, 7, 1'000);
+  agent.on_progress({ref_of(1), "warping", 0.5, 10}, 8, 500'000);
+  agent.on_progress({ref_of(1), "warping", 0.5, 10}, 8, 1'300'000);
+  EXPECT_TRUE(agent.on_tick(1'399'999, kFreeMb).signals.empty());
+  EXPECT_EQ(agent.on_tick(1'400'000, kFreeMb).signals.size(), 1U);
+  die(1, SIGTERM);
+  EXPECT_EQ(agent.done_unacked().at(0).message, "hung: no progress and no processor time used for 900 s");
+}
+
+TEST_F(AgentTest, FullMachineIsRelievedOfWhoeverExceedsItsReservationMost) {
+  order({assignment(1), assignment(2)});
+  agent.on_progress({ref_of(1), "", 0, 300}, 1, 0);
+  agent.on_progress({ref_of(2), "", 0, 90}, 1, 0);
+  EXPECT_TRUE(agent.on_tick(1, 200).signals.empty());
+  const Actions actions = agent.on_tick(2, 199);
+  ASSERT_EQ(actions.signals.size(), 1U);
+  EXPECT_EQ(actions.signals[0].ref, ref_of(1));
+  die(1, SIGKILL);
+  EXPECT_TRUE(agent.on_tick(3, 100).signals.empty()) << "what keeps to its reservation is not to blame";
+}
+
+TEST_F(AgentTest, LostAttemptIsNeitherReportedNorStartedAgain) {
+  order({assignment(1), assignment(2), assignment(3)});
+  EXPECT_EQ(agent.on_lost({ref_of(1)}, 0).start.size(), 1U);
+  EXPECT_EQ(running_jobs(), (std::vector<std::int64_t>{2, 3}));
+  EXPECT_TRUE(agent.done_unacked().empty());
+  EXPECT_TRUE(order({assignment(1), assignment(2), assignment(3)}).start.empty());
+}
+
+TEST_F(AgentTest, TroubleTakesNoWorkUntilItIsOver) {
+  EXPECT_TRUE(agent.on_trouble("no disk space left at /store: 12 MB", 0).state_changed);
+  EXPECT_TRUE(order({assignment(1)}).start.empty());
+  EXPECT_EQ(agent.report({}).trouble, "no disk space left at /store: 12 MB");
+  EXPECT_EQ(agent.on_trouble("", 0).start.size(), 1U);
+}
+
+TEST_F(AgentTest, OrdersForALaterLifeSayThatSomebodyElseHasOurIdentity) {
+  WorkerOrders other = orders;
+  other.incarnation = 6;
+  other.host = "right-desk";
+  EXPECT_EQ(agent.on_orders(other, 0).replaced_by, "right-desk");
+  other.incarnation = 4;
+  EXPECT_EQ(agent.on_orders(other, 0).replaced_by, "");
+}
+
+TEST_F(AgentTest, HundredsOfAttemptsAreTakenInOneGo) {
+  std::vector<Assignment> many;
+  for (int i = 0; i < 500; ++i) many.push_back(assignment(i));
+  order(many);
+  for (int i = 0; i < 500; ++i) finish(i);
+  EXPECT_EQ(agent.done_unacked().size(), 500U);
+  for (int i = 0; i < 500; ++i) orders.acked.push_back(ref_of(i));
+  order({});
+  EXPECT_TRUE(agent.done_unacked().empty());
 }
 
 TEST_F(AgentTest, DrainOrderFinishesWhatRunsAndCanBeTakenBack) {
@@ -269,8 +347,9 @@ TEST_F(AgentTest, QuitKillsEverything) {
 
 TEST_F(AgentTest, ProgressChangesTheReport) {
   order({assignment(1)});
-  EXPECT_TRUE(agent.on_progress({ref_of(1), "warping", 0.5, 300}).state_changed);
-  EXPECT_FALSE(agent.on_progress({ref_of(1), "warping", 0.5, 301}).state_changed) << "memory alone can wait a second";
+  EXPECT_TRUE(agent.on_progress({ref_of(1), "warping", 0.5, 300}, 1, 0).state_changed);
+  EXPECT_FALSE(agent.on_progress({ref_of(1), "warping", 0.5, 301}, 1, 0).state_changed)
+      << "memory alone can wait a second";
   const RunningAttempt r = agent.report({}).running.at(0);
   EXPECT_EQ(r.phase, "warping");
   EXPECT_EQ(r.rss_mb, 301);

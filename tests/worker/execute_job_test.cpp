@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <thread>
 
 #include "schema/base/error.h"
 #include "schema/base/files.h"
@@ -35,7 +36,9 @@ struct ExecuteJobTest : ::testing::Test {
     j.key = job_key(j);
     return j;
   }
-  ExecuteOptions options() const { return {.scratch_dir = folder.path() / "scratch", .on_progress = {}}; }
+  ExecuteOptions options() const {
+    return {.scratch_dir = folder.path() / "scratch", .input_patience_ms = 0, .on_progress = {}};
+  }
   RunFunction writes(const std::string& text) {
     return [this, text](JobContext& context, const Json&) {
       ++num_runs;
@@ -129,6 +132,41 @@ TEST_F(ExecuteJobTest, InputsMustBeWhatTheJobWasPlannedFor) {
   EXPECT_EQ(kind_of_failure([&] { execute_job(j, reads, options()); }), ErrorKind::Transient);
   fs::remove_all(input.folder);
   EXPECT_EQ(kind_of_failure([&] { execute_job(j, reads, options()); }), ErrorKind::Transient);
+}
+
+TEST_F(ExecuteJobTest, DamagedInputIsNeverComputedUpon) {
+  const Executed input = execute_job(job("input"), writes("in"), options());
+  JobFile j = job();
+  j.inputs["depth/input"] = {input.folder, input.manifest.content};
+  j.key = job_key(j);
+  for (const char* damaged : {"on", "shorter"}) {  // a flipped bit, another size
+    std::ofstream(input.folder / "maps/value.txt") << damaged;
+    try {
+      execute_job(j, writes("x"), options());
+      FAIL() << "computed upon a damaged input";
+    } catch (const DamagedInput& e) {
+      EXPECT_EQ(e.job(), "depth/input");
+      EXPECT_NE(std::string(e.what()).find(input.folder.string()), std::string::npos);
+    }
+  }
+  EXPECT_EQ(num_runs, 1);
+}
+
+TEST_F(ExecuteJobTest, InputThatShowsLateIsWaitedFor) {
+  const Executed input = execute_job(job("input"), writes("in"), options());
+  JobFile j = job();
+  j.inputs["depth/input"] = {input.folder, input.manifest.content};
+  j.key = job_key(j);
+  const fs::path away = folder.path() / "away";
+  fs::rename(input.folder, away);
+  std::thread storage([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    fs::rename(away, input.folder);
+  });
+  ExecuteOptions patient = options();
+  patient.input_patience_ms = 20'000;
+  EXPECT_FALSE(execute_job(j, writes("x"), patient).was_there);
+  storage.join();
 }
 
 TEST_F(ExecuteJobTest, EditedSourceIsNotBelievedUnderTheOldKey) {

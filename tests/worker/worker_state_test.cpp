@@ -7,6 +7,7 @@
 #include "schema/base/error.h"
 #include "schema/base/files.h"
 #include "tests/support/temporary_folder.h"
+#include "worker/child_link.h"
 
 namespace vantage {
 namespace {
@@ -55,40 +56,7 @@ TEST(WorkerState, DamagedOutboxDoesNotKeepTheWorkerFromStarting) {
   EXPECT_TRUE(WorkerState(folder.path()).read_outbox().empty());
 }
 
-TEST(AttemptFiles, OutcomeSurvivesTheFile) {
-  const TemporaryFolder folder;
-  EXPECT_FALSE(read_outcome(folder.path() / "outcome.json"));
-  DoneAttempt failed;
-  failed.outcome = Outcome::Failed;
-  failed.error_kind = "resource";
-  failed.message = "no disk space left";
-  write_outcome(folder.path() / "outcome.json", failed);
-  const auto read = read_outcome(folder.path() / "outcome.json");
-  ASSERT_TRUE(read);
-  EXPECT_EQ(read->outcome, Outcome::Failed);
-  EXPECT_EQ(read->error_kind, "resource");
-  EXPECT_EQ(read->message, "no disk space left");
-}
-
-TEST(AttemptFiles, HalfWrittenOutcomeIsNone) {
-  const TemporaryFolder folder;
-  std::ofstream(folder.path() / "outcome.json") << "{\"done\": true,";
-  EXPECT_FALSE(read_outcome(folder.path() / "outcome.json"));
-}
-
-TEST(AttemptFiles, ProgressIsWrittenAtMostFiveTimesASecond) {
-  const TemporaryFolder folder;
-  ProgressWriter writer(folder.path() / "progress.json");
-  EXPECT_FALSE(read_progress(folder.path() / "progress.json"));
-  writer.write(0.25, "warping");
-  writer.write(0.5, "blending");
-  const auto progress = read_progress(folder.path() / "progress.json");
-  ASSERT_TRUE(progress);
-  EXPECT_EQ(progress->fraction, 0.25);
-  EXPECT_EQ(progress->phase, "warping");
-}
-
-TEST(AttemptFiles, MessageBecomesOneShortLineOfWholeCharacters) {
+TEST(ChildLink, MessageBecomesOneShortLineOfWholeCharacters) {
   EXPECT_EQ(one_line("what\nwhere\n"), "what where");
   std::string text(299, 'x');
   text += "é and more";
