@@ -29,8 +29,6 @@ class DamagedInput : public Error {
   std::string job_;
 };
 
-/// The content hash of a job that publishes nothing.
-inline constexpr std::string_view kNothingPublished = "nothing";
 /// One job of a kind that publishes nothing: it has no inputs, no key and no artifact.
 void run_without_artifact(const JobFile& job, const RunFunction& run, const ExecuteOptions& options);
 

@@ -72,11 +72,7 @@ class Worker {
       send_report_when_due();
       save_outbox();
     }
-<<<<<<< HEAD
-    return exit_code_;
-=======
     return exit_status_;
->>>>>>> 4b95903 (worker: children are forked from a server that has the libraries loaded)
   }
 
  private:
@@ -135,20 +131,7 @@ class Worker {
 
   void take_messages() {
     for (const Message& message : endpoint_.take())
-      if (const auto* orders = std::get_if<WorkerOrders>(&message)) {
-        apply(agent_.on_orders(*orders, now_ms()));
-        if (orders->incarnation > state_.incarnation()) give_way();
-      }
-  }
-
-  /// The farm talks to a later start with our id, and our lock says that it is not in our folder.
-  void give_way() {
-    if (std::exchange(exit_code_, 1) == 1) return;
-    spdlog::error(
-        "{}: another worker with this identity has started, from a copy of this folder: remove worker.json from one "
-        "of the two and start that one again",
-        state_.folder().string());
-    quit();
+      if (const auto* orders = std::get_if<WorkerOrders>(&message)) apply(agent_.on_orders(*orders, now_ms()));
   }
 
   void take_children() {
@@ -241,7 +224,9 @@ class Worker {
   void stop_as_replaced(const std::string& host) {
     if (quit_) return;
     spdlog::error(
-        "another worker uses this identity: {}; stopping. Give each worker its own --state folder, not a copy", host);
+        "{}: another worker with this identity has started on {}, from a copy of this folder; stopping. Remove "
+        "worker.json from one of the two and start that one again",
+        state_.folder().string(), host);
     exit_status_ = kExitReplaced;
     quit_ = true;
     apply(agent_.on_quit_request(now_ms()));
@@ -344,11 +329,7 @@ class Worker {
   StoreWatch stores_;
   std::string trouble_;
   bool asked_to_stop_ = false, quit_ = false;
-<<<<<<< HEAD
-  int exit_code_ = 0;
-=======
   int exit_status_ = 0;
->>>>>>> 4b95903 (worker: children are forked from a server that has the libraries loaded)
   bool changed_ = true, outbox_grew_ = false, was_connected_ = false;
   std::int64_t last_report_ms_ = 0, next_report_ms_ = 0, next_tick_ms_ = 0, next_outbox_ms_ = 0, next_look_ms_ = 0,
                drained_at_ms_ = -1;

@@ -33,7 +33,8 @@ bool kill_one(Victim victim, pid_t scheduler, std::mt19937& random) {
   for (const pid_t worker : children_of(scheduler)) {
     if (victim == Victim::Worker) candidates.push_back(worker);
     if (victim == Victim::Child)
-      for (const pid_t child : children_of(worker)) candidates.push_back(child);
+      for (const pid_t fork_server : children_of(worker))
+        for (const pid_t child : children_of(fork_server)) candidates.push_back(child);
   }
   if (candidates.empty()) return false;
   return kill(candidates[random() % candidates.size()], SIGKILL) == 0;

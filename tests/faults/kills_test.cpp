@@ -36,7 +36,7 @@ class Storm {
     else if (dice < 5)
       kill_worker();
     else
-      kill_child();
+      kill_child(dice == 9);
   }
 
   int num_schedulers = 0, num_workers = 0, num_children = 0;
@@ -54,11 +54,12 @@ class Storm {
     worker.start();
     ++num_workers;
   }
-  void kill_child() {
+  /// A job, or what forks a worker's jobs, and with it all of them.
+  void kill_child(bool fork_servers) {
     std::vector<pid_t> children;
     const auto any = [&] {
       for (const auto& worker : workers_)
-        for (const pid_t child : worker->children()) children.push_back(child);
+        for (const pid_t child : fork_servers ? worker->fork_server() : worker->children()) children.push_back(child);
       return !children.empty();
     };
     if (wait_until(any, 0.5) && ::kill(children[random_() % children.size()], SIGKILL) == 0) ++num_children;

@@ -39,6 +39,7 @@ class Recovery : public testing::Test {
 /// All of a worker: itself and the jobs that it runs.
 void signal_all(const ShortWorker& worker, int number) {
   for (const pid_t child : worker.children()) kill(child, number);
+  for (const pid_t server : worker.fork_server()) kill(server, number);
   kill(worker.pid(), number);
 }
 

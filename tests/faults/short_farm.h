@@ -89,7 +89,15 @@ class ShortWorker {
   void kill();
   bool is_running() { return !process_->ended(); }
   pid_t pid() const { return process_->pid(); }
-  std::vector<pid_t> children() const { return children_of(pid()); }
+  /// The process that forks its jobs; none while a new one comes up.
+  std::vector<pid_t> fork_server() const { return children_of(pid()); }
+  /// The jobs that it runs.
+  std::vector<pid_t> children() const {
+    std::vector<pid_t> jobs;
+    for (const pid_t server : fork_server())
+      for (const pid_t job : children_of(server)) jobs.push_back(job);
+    return jobs;
+  }
   std::filesystem::path state() const { return farm_.folder() / name_; }
   std::string printed() const;
   /// As in worker.json.
