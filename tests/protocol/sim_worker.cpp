@@ -13,6 +13,7 @@ namespace {
 
 // As worker_loop.cpp has them.
 constexpr std::int64_t kMinReportPauseMs = 5, kReportEveryMs = 1000, kReportUntilHeardMs = 200, kTickEveryMs = 250;
+constexpr std::int64_t kFreeRamMb = 16'000;  // of the machine
 
 DoneAttempt failed(const AttemptRef& ref, ErrorKind kind, const std::string& message) {
   return {.ref = ref,
@@ -126,8 +127,8 @@ void SimWorker::turn() {
     if (world_.now_ms() >= process_->next_tick_ms) {
       process_->next_tick_ms = world_.now_ms() + kTickEveryMs;
       for (const auto& [ref, child] : process_->children)
-        apply(process_->agent.on_progress({ref, "working", 0.5, 100}));
-      apply(process_->agent.on_tick(world_.now_ms()));
+        apply(process_->agent.on_progress({ref, "working", 0.5, 100}, world_.now_ms(), world_.now_ms()));
+      apply(process_->agent.on_tick(world_.now_ms(), kFreeRamMb));
     }
     report_when_due();
     save_outbox();
@@ -247,7 +248,8 @@ void SimWorker::report_when_due() {
   p.changed = false;
   const Origin origin{.sender = config_.id, .incarnation = incarnation_, .seq = ++p.seq};
   for (const std::string& datagram :
-       encode(p.agent.report({.free_disk_mb = 50'000, .wall_ms = world_.now_ms()}), origin, config_.farm))
+       encode(p.agent.report({.now_ms = world_.now_ms(), .free_disk_mb = 50'000, .wall_ms = world_.now_ms()}), origin,
+              config_.farm))
     network_.send(config_.id, "scheduler", datagram);
 }
 
