@@ -2,8 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-
+#include "scheduler/store/snapshot_files.h"
 #include "schema/base/error.h"
 
 namespace vantage {
@@ -12,17 +11,13 @@ namespace {
 int version_of(Sqlite& db) { return static_cast<int>(db.integer_or(0, "PRAGMA user_version")); }
 
 void check_health(Sqlite& db) {
-  const std::string verdict = db.text_or("", "PRAGMA quick_check(1)");
-  if (verdict != "ok")
-    throw Error(ErrorKind::Transient, fmt::format("{}: the database is damaged: {}", db.file().string(), verdict));
+  if (const std::string why = db.why_damaged(); !why.empty())
+    throw Error(ErrorKind::Transient, fmt::format("{}: the database is damaged: {}{}", db.file().string(), why,
+                                                  how_to_bring_back(db.file().parent_path())));
 }
 
-/// VACUUM INTO makes one file without a journal, readable on its own.
-void snapshot(Sqlite& db, int version) {
-  const std::filesystem::path copy = fmt::format("{}.before-{}", db.file().string(), version);
-  std::filesystem::remove(copy);  // of a migration that was interrupted
-  db.run("VACUUM INTO ?", copy.string());
-}
+/// What the new version does not know to undo.
+void snapshot(Sqlite& db, int version) { db.copy_to(snapshot_before_version(db.file(), version)); }
 
 }  // namespace
 

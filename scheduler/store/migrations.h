@@ -18,7 +18,7 @@ const std::vector<Migration>& all_migrations();
 
 /// Brings the database to the last version, each step in one transaction; first copies a database that holds data
 /// to <file>.before-<version>. Throws Error(BadInput) for a database that is newer than the program, Error(Transient)
-/// for one that is damaged.
+/// for one that is damaged, which names the newest sound copy and how to bring it back.
 void migrate(Sqlite& db, const std::vector<Migration>& migrations);
 
 }  // namespace vantage

@@ -3,6 +3,7 @@
 /// file is busy or unreadable, Bug for wrong SQL.
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -100,6 +101,13 @@ class Sqlite {
   /// Several statements at once, without values: schema files, pragmas.
   void script(const std::string& sql);
   std::int64_t last_insert_id() const;
+  /// Copies the database as it is now to one file, in slices and while others write; a ReadOnly connection disturbs
+  /// nobody, and never checkpoints. The file has its name only when it is whole, checked and durable.
+  /// go_on: asked after every slice; false ends it. Returns whether the copy was made.
+  /// Throws Error(Resource) when the disk is full, Error(Transient) when source or copy cannot be read.
+  bool copy_to(const std::filesystem::path& to, const std::function<bool()>& go_on = nullptr);
+  /// What a quick check of all pages finds; empty when the database is sound.
+  std::string why_damaged();
   const std::filesystem::path& file() const { return file_; }
 
  private:

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 
 #include "scheduler/store/migrations.h"
+#include "scheduler/store/snapshot_files.h"
 #include "schema/base/error.h"
 #include "schema/base/hash.h"
 
@@ -23,10 +24,19 @@ ShotRow shot_from(const Query& q) {
           .error = q.text(7)};
 }
 
+/// Damage may be such that not even opening works.
+Sqlite open_to_write(const std::filesystem::path& file) {
+  try {
+    return {file, Sqlite::Mode::ReadWrite};
+  } catch (const Error& e) {
+    if (!std::filesystem::exists(file) || is_sound_database(file)) throw;
+    throw Error(e.kind(), e.what() + how_to_bring_back(file.parent_path()));
+  }
+}
+
 }  // namespace
 
-Store::Store(const std::filesystem::path& file, const Clock& clock)
-    : db_(file, Sqlite::Mode::ReadWrite), clock_(clock) {
+Store::Store(const std::filesystem::path& file, const Clock& clock) : db_(open_to_write(file)), clock_(clock) {
   migrate(db_, all_migrations());
 }
 
