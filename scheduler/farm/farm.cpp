@@ -13,8 +13,11 @@
 #include <thread>
 
 #include "scheduler/dispatch/dispatcher.h"
+#include "scheduler/farm/file_system.h"
 #include "scheduler/farm/lock_file.h"
 #include "scheduler/farm/progress_query.h"
+#include "scheduler/farm/store_users.h"
+#include "scheduler/farm/turn_lock.h"
 #include "scheduler/plan/planner.h"
 #include "scheduler/publish/publisher.h"
 #include "scheduler/store/store.h"
@@ -71,6 +74,7 @@ fs::path made(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) throw Error(ErrorKind::BadInput, fmt::format("{}: cannot be made: {}", folder.string(), error.message()));
+  refuse_network_database(folder);
   return fs::absolute(folder);
 }
 
@@ -82,14 +86,18 @@ class FarmScheduler::Impl {
       : options_(std::move(options)),
         state_dir_(made(options_.state_dir)),
         lock_(state_dir_ / "lock"),
+        turn_lock_(state_dir_),
         identity_(read_or_create_farm_key(state_dir_ / "farm.key")),
         clock_(system_clock()),
         store_(state_dir_ / "farm.sqlite", clock_),
         planner_(store_, *options_.kinds),
         dispatcher_(store_, planner_, {.farm_id = identity_.id, .lease_ms = options_.lease_ms, .random = random_bits}) {
-    store_.begin();
-    dispatcher_.recover(clock_.monotonic_ms());
-    store_.commit();
+    {
+      const auto turn = turn_lock_.turn();
+      store_.begin();
+      dispatcher_.recover(clock_.monotonic_ms());
+      store_.commit();
+    }
     for (const std::string state : {"running", "paused", "done", "failed"})
       for (const ShotRow& shot : store_.shots_in_state(state)) refresh(shot.id);
     if (options_.bus_url.empty()) {
@@ -137,7 +145,10 @@ class FarmScheduler::Impl {
   }
 
   SubmitResult submit(const SubmitRequest& request) {
-    if (fs::exists(request.folder / "shot.toml")) check_store(request.folder);
+    if (fs::exists(request.folder / "shot.toml")) {
+      check_store(request.folder);
+      note_store_user(request.folder / ".vantage" / "store", identity_.id, state_dir_);
+    }
     const ActingAs acting(store_, request.who);
     const auto done = planner_.submit(request.folder, request.until_kind, request.priority);
     ended_soon_.insert(done.shot.id);
@@ -150,6 +161,11 @@ class FarmScheduler::Impl {
     CommandResult result = dispatcher_.on_command(command);
     if (command.shot) ended_soon_.insert(*command.shot);
     return result;
+  }
+
+  bool note(const std::string& kind, const std::string& text) {
+    store_.add_event(std::nullopt, std::nullopt, "", kind, text);
+    return true;
   }
 
   std::optional<ShotProgress> progress(ShotId shot) const {
@@ -210,8 +226,9 @@ class FarmScheduler::Impl {
       if (auto* report = std::get_if<WorkerReport>(&message)) reports_.push_back(std::move(*report));
   }
 
-  /// One transaction, then what may only happen after it.
-  void turn(Bus& bus) {
+  /// One transaction; who cleans up a store waits for its end.
+  void decide() {
+    const auto turn = turn_lock_.turn();
     store_.begin();
     apply_orders();
     apply_reports();
@@ -219,6 +236,11 @@ class FarmScheduler::Impl {
     dispatcher_.on_tick(clock_.monotonic_ms());
     planner_.end_finished_shots();
     store_.commit();
+  }
+
+  /// Decides, then does what may only happen after the commit.
+  void turn(Bus& bus) {
+    decide();
     dispatcher_.flush(bus, http_address(), clock_.monotonic_ms());
     const auto effects = planner_.take_effects();
     publish(effects);
@@ -302,6 +324,7 @@ class FarmScheduler::Impl {
   Options options_;
   fs::path state_dir_;
   LockFile lock_;
+  TurnLock turn_lock_;
   Farm identity_;
   const Clock& clock_;
   Store store_;
@@ -342,6 +365,9 @@ std::future<SubmitResult> FarmScheduler::submit(SubmitRequest request) {
 std::future<CommandResult> FarmScheduler::command(Command command) {
   return impl_->post<CommandResult>(
       [impl = impl_.get(), command = std::move(command)] { return impl->command(command); });
+}
+void FarmScheduler::note(const std::string& kind, const std::string& text) {
+  impl_->post<bool>([impl = impl_.get(), kind, text] { return impl->note(kind, text); });
 }
 std::optional<ShotProgress> FarmScheduler::progress(ShotId shot) const { return impl_->progress(shot); }
 std::vector<ShotProgress> FarmScheduler::all_progress() const { return impl_->all_progress(); }

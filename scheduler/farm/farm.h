@@ -44,7 +44,7 @@ class FarmScheduler {
   };
 
   /// Takes the folder's lock, mends and opens the database, starts the thread. Throws Error(BadInput) when another
-  /// scheduler runs on the folder or the database is of a newer version.
+  /// scheduler runs on the folder, it lies on a network file system, or the database is of a newer version.
   explicit FarmScheduler(Options options);
   /// Stops the thread. Attempts that run go on in their workers and are taken back by the next FarmScheduler.
   ~FarmScheduler();
@@ -63,6 +63,9 @@ class FarmScheduler {
   std::future<SubmitResult> submit(SubmitRequest request);
   /// See command.h. The future throws Error(BadInput) for an unknown target.
   std::future<CommandResult> command(Command command);
+
+  /// Writes a line into the farm's trail of events, soon. kind: "warning", …
+  void note(const std::string& kind, const std::string& text);
 
   /// At most 100 ms old; empty when there is no such shot.
   std::optional<ShotProgress> progress(ShotId shot) const;
