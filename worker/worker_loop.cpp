@@ -34,6 +34,7 @@ constexpr std::int64_t kTickEveryMs = 250;
 constexpr std::int64_t kLookAtStoresEveryMs = 1000;
 constexpr std::int64_t kOutboxEveryMs = 200;  ///< most results are acknowledged before they need to be kept
 constexpr std::int64_t kFarewellMs = 2000;    ///< wait for acknowledgements before a drained worker ends
+constexpr std::int64_t kTellDropsEveryMs = 60'000;
 constexpr int kExitReplaced = 2;
 
 /// What the worker knows of a running attempt beside the agent.
@@ -189,10 +190,26 @@ class Worker {
     for (auto& [ref, attempt] : attempts_) attempt.log.enforce();
     apply(agent_.on_tick(now_ms(), available_ram_mb()));
     look_at_stores();
+    tell_dropped();
     if (const bool connected = endpoint_.connected(); connected != was_connected_) {
       was_connected_ = connected;
       if (connected) changed_ = true;
     }
+  }
+
+  /// Messages that were not believed, by reason; once a minute while there are new ones. Older ones are the rule.
+  void tell_dropped() {
+    const DropCounts drops = endpoint_.drops();
+    const std::int64_t num_strange = drops.total() - drops.older;
+    if (num_strange == num_drops_told_ || now_ms() < next_drops_ms_) return;
+    next_drops_ms_ = now_ms() + kTellDropsEveryMs;
+    num_drops_told_ = num_strange;
+    spdlog::warn(
+        "messages dropped so far: {} of other farms, {} badly signed, {} of another version, {} malformed, {} too many",
+        drops.foreign, drops.bad_mac, drops.version, drops.malformed, drops.queue_full);
+    if (const auto other = endpoint_.other_version())
+      spdlog::warn("'{}' speaks version {} of the farm's protocol, this program version {}: bring both to one version",
+                   other->sender, other->version, kProtocolVersion);
   }
 
   void look_at_stores() {
@@ -334,6 +351,7 @@ class Worker {
   std::int64_t last_report_ms_ = 0, next_report_ms_ = 0, next_tick_ms_ = 0, next_outbox_ms_ = 0, next_look_ms_ = 0,
                drained_at_ms_ = -1;
   std::size_t num_saved_ = 0;
+  std::int64_t num_drops_told_ = 0, next_drops_ms_ = 0;
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "schema/messages/broker.h"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -16,12 +17,16 @@
 #include <map>
 #include <set>
 #include <thread>
+#include <utility>
 
+#include "schema/base/clock.h"
 #include "schema/base/error.h"
 #include "schema/messages/broker_client.h"
 
 namespace vantage {
 namespace {
+
+constexpr int kLookEveryMs = 200;
 
 int listen_at(const Broker::Config& config) {
   sockaddr_in address{};
@@ -56,7 +61,8 @@ class Broker::Hub {
   explicit Hub(const Config& config) : config_(config), listen_fd_(listen_at(config)), port_(port_of(listen_fd_)) {
     epoll_fd_ = epoll_create1(EPOLL_CLOEXEC);
     stop_fd_ = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
-    check(epoll_fd_ >= 0 && stop_fd_ >= 0, "the process has file descriptors left");
+    spare_fd_ = open("/dev/null", O_RDONLY | O_CLOEXEC);
+    check(epoll_fd_ >= 0 && stop_fd_ >= 0 && spare_fd_ >= 0, "the process has file descriptors left");
     watch(EPOLL_CTL_ADD, listen_fd_, EPOLLIN);
     watch(EPOLL_CTL_ADD, stop_fd_, EPOLLIN);
     thread_ = std::thread([this] { run(); });
@@ -66,20 +72,26 @@ class Broker::Hub {
     eventfd_write(stop_fd_, 1);
     thread_.join();
     for (const auto& [fd, client] : clients_) close(fd);
-    for (const int fd : {epoll_fd_, stop_fd_, listen_fd_}) close(fd);
+    for (const int fd : {epoll_fd_, stop_fd_, listen_fd_, spare_fd_})
+      if (fd >= 0) close(fd);
   }
   Hub(const Hub&) = delete;
   Hub& operator=(const Hub&) = delete;
 
   const Config& config() const { return config_; }
   std::uint16_t port() const { return port_; }
-  Counts counts() const { return {num_clients_, num_relayed_, num_dropped_}; }
+  Counts counts() const {
+    return {num_clients_, num_relayed_, num_dropped_, num_refused_, num_silent_, num_nonsense_, num_too_fast_};
+  }
 
  private:
   struct Client {
     TcpqParser parser;
     FrameQueue queue;
+    std::int64_t since_ms = 0;
     bool waits_for_room = false;  ///< epoll tells when the socket can be written
+    std::int64_t second = 0;      ///< in which num_bytes came
+    std::size_t num_bytes = 0;
   };
 
   void watch(int operation, int fd, std::uint32_t events) {
@@ -92,7 +104,7 @@ class Broker::Hub {
   void run() {
     std::array<epoll_event, 64> events{};
     while (!stop_) {
-      const int n = epoll_wait(epoll_fd_, events.data(), static_cast<int>(events.size()), -1);
+      const int n = epoll_wait(epoll_fd_, events.data(), static_cast<int>(events.size()), kLookEveryMs);
       for (int i = 0; i < n; ++i) {
         const auto& event = events[static_cast<std::size_t>(i)];
         if (event.data.fd == listen_fd_)
@@ -100,22 +112,48 @@ class Broker::Hub {
         else if (event.data.fd != stop_fd_)
           serve(event.data.fd, event.events);
       }
+      remove_silent();
       remove_broken();
     }
   }
 
   void accept_all() {
-    for (int fd = 0; (fd = accept4(listen_fd_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)) >= 0;) {
+    for (;;) {
+      const int fd = accept4(listen_fd_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+      if (fd < 0 && (errno == EMFILE || errno == ENFILE)) {
+        refuse_one();
+        return;
+      }
+      if (fd < 0) return;
+      if (clients_.size() >= config_.max_clients) {
+        ++num_refused_;
+        close(fd);
+        continue;
+      }
       const int on = 1;
       setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
       setsockopt(fd, SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);  // a machine that lost power is noticed in the end
       TcpqParser::Events on_message{.on_hello = [this, fd] { enqueue(fd, server_hello()); },
                                     .on_publish = [this](const TcpqParser::Publish& p) { relay(p); }};
-      clients_.emplace(fd, Client{TcpqParser(std::move(on_message)), FrameQueue(config_.max_queue_bytes_per_client)});
+      clients_.emplace(fd, Client{.parser = TcpqParser(std::move(on_message)),
+                                  .queue = FrameQueue(config_.max_queue_bytes_per_client),
+                                  .since_ms = now_ms()});
       watch(EPOLL_CTL_ADD, fd, EPOLLIN);
       num_clients_ = static_cast<std::int64_t>(clients_.size());
     }
   }
+
+  /// Without a descriptor to spare a connection can be neither taken nor refused, and epoll would tell of it for ever.
+  void refuse_one() {
+    close(spare_fd_);
+    if (const int fd = accept4(listen_fd_, nullptr, nullptr, SOCK_CLOEXEC); fd >= 0) {
+      ++num_refused_;
+      close(fd);
+    }
+    spare_fd_ = open("/dev/null", O_RDONLY | O_CLOEXEC);
+  }
+
+  static std::int64_t now_ms() { return system_clock().monotonic_ms(); }
 
   void serve(int fd, std::uint32_t events) {
     if (broken_.contains(fd)) return;
@@ -129,7 +167,31 @@ class Broker::Hub {
     // liblcm sends five small pieces; unless each is acknowledged at once, the next waits for up to 40 ms.
     const int on = 1;
     setsockopt(fd, IPPROTO_TCP, TCP_QUICKACK, &on, sizeof on);
-    if (n <= 0 || !clients_.at(fd).parser.feed({buffer_.data(), static_cast<std::size_t>(n)})) broken_.insert(fd);
+    if (n <= 0) {
+      broken_.insert(fd);
+    } else if (is_too_fast(clients_.at(fd), static_cast<std::size_t>(n))) {
+      ++num_too_fast_;
+      broken_.insert(fd);
+    } else if (!clients_.at(fd).parser.feed({buffer_.data(), static_cast<std::size_t>(n)})) {
+      ++num_nonsense_;
+      broken_.insert(fd);
+    }
+  }
+
+  bool is_too_fast(Client& client, std::size_t num_bytes) const {
+    const std::int64_t second = now_ms() / 1000;
+    if (std::exchange(client.second, second) != second) client.num_bytes = 0;
+    client.num_bytes += num_bytes;
+    return client.num_bytes > config_.max_bytes_per_s_per_client;
+  }
+
+  void remove_silent() {
+    if (now_ms() < next_look_ms_) return;
+    next_look_ms_ = now_ms() + kLookEveryMs;
+    for (const auto& [fd, client] : clients_)
+      if (!client.parser.said_hello() && now_ms() - client.since_ms > config_.hello_within_ms &&
+          broken_.insert(fd).second)
+        ++num_silent_;
   }
 
   void relay(const TcpqParser::Publish& publish) {
@@ -167,11 +229,14 @@ class Broker::Hub {
   int listen_fd_;
   std::uint16_t port_;
   int epoll_fd_ = -1, stop_fd_ = -1;
+  int spare_fd_ = -1;  ///< given up for a moment to refuse a connection when there are no others
+  std::int64_t next_look_ms_ = 0;
   std::map<int, Client> clients_;
   std::set<int> broken_;
   std::array<char, 1U << 16U> buffer_{};
   std::atomic<bool> stop_ = false;
   std::atomic<std::int64_t> num_clients_ = 0, num_relayed_ = 0, num_dropped_ = 0;
+  std::atomic<std::int64_t> num_refused_ = 0, num_silent_ = 0, num_nonsense_ = 0, num_too_fast_ = 0;
   std::thread thread_;
 };
 

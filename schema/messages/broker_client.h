@@ -52,6 +52,7 @@ class TcpqParser {
   /// False when this is no client of ours, or it sends something absurd: close the connection.
   bool feed(std::string_view bytes);
   bool wants(std::string_view channel) const;
+  bool said_hello() const { return said_hello_; }
 
  private:
   /// Bytes used by one message at the front; 0 = not all there yet; nothing = nonsense.

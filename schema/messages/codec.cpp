@@ -83,7 +83,10 @@ std::optional<Decoder::Envelope> Decoder::open(std::string_view datagram) {
   if (datagram.size() < kFixedBytes + kMacBytes || datagram.size() > kMaxDatagramBytes) return drop(drops_.malformed);
   std::string_view in = datagram.substr(0, datagram.size() - kMacBytes);
   if (get(in, 4) != kMagic) return drop(drops_.malformed);
-  if (get(in, 2) != static_cast<std::uint64_t>(kProtocolVersion)) return drop(drops_.version);
+  if (get(in, 2) != static_cast<std::uint64_t>(kProtocolVersion)) {
+    note_other_version(datagram);
+    return drop(drops_.version);
+  }
   Envelope e;
   e.kind = static_cast<int>(get(in, 1));
   const std::size_t sender_bytes = get(in, 1);
@@ -102,6 +105,20 @@ std::optional<Decoder::Envelope> Decoder::open(std::string_view datagram) {
   e.origin.sender = std::string(in.substr(0, sender_bytes));
   e.body = std::string(in.substr(sender_bytes));
   return e;
+}
+
+/// Magic, version and name have had their places since version 1; of another farm's programs we want to know nothing.
+void Decoder::note_other_version(std::string_view datagram) {
+  std::string_view in = datagram.substr(4);
+  const auto version = static_cast<int>(get(in, 2));
+  in.remove_prefix(1);
+  const std::size_t sender_bytes = get(in, 1);
+  in.remove_prefix(2 + 2 + 8 + 8);
+  if (in.substr(0, kFarmIdBytes) != farm_.id || sender_bytes > kMaxSenderBytes) return;
+  std::string sender(in.substr(kFarmIdBytes, sender_bytes));
+  std::replace_if(
+      sender.begin(), sender.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  other_version_ = {version, std::move(sender)};
 }
 
 std::optional<std::string> Decoder::assemble(const Envelope& e) {

@@ -41,6 +41,12 @@ struct DropCounts {
   std::int64_t total() const { return malformed + version + foreign + bad_mac + older + queue_full; }
 };
 
+/// A program of another version that talks on this farm's bus, as its unsigned envelope says.
+struct OtherVersion {
+  int version = 0;
+  std::string sender;  ///< printable
+};
+
 /// One datagram, or several pages of one state. Throws Error(Bug) when it would take more than kMaxPages.
 std::vector<std::string> encode(const Message& message, const Origin& origin, const Farm& farm);
 
@@ -52,6 +58,8 @@ class Decoder {
   /// The message that this datagram completes; empty while pages are missing, or when it was dropped (see drops()).
   std::optional<Message> take(std::string_view datagram);
   const DropCounts& drops() const { return drops_; }
+  /// The last one that was dropped for its version.
+  const std::optional<OtherVersion>& other_version() const { return other_version_; }
 
  private:
   struct Envelope;
@@ -62,11 +70,13 @@ class Decoder {
     std::size_t num_pages_there = 0;
   };
   std::optional<Envelope> open(std::string_view datagram);
+  void note_other_version(std::string_view datagram);
   std::optional<std::string> assemble(const Envelope& envelope);
 
   Farm farm_;
   std::map<std::pair<std::string, int>, Stream> streams_;  ///< by sender and kind of message
   DropCounts drops_;
+  std::optional<OtherVersion> other_version_;
 };
 
 }  // namespace vantage

@@ -112,6 +112,11 @@ int LcmEndpoint::wake_fd() const { return inbox_->wake_fd; }
 
 bool LcmEndpoint::connected() const { return down_->connected() && (!up_ || up_->connected()); }
 
+std::optional<OtherVersion> LcmEndpoint::other_version() const {
+  const std::lock_guard lock(inbox_->mutex);
+  return inbox_->decoder.other_version();
+}
+
 DropCounts LcmEndpoint::drops() const {
   const std::lock_guard lock(inbox_->mutex);
   DropCounts counts = inbox_->decoder.drops();

@@ -52,6 +52,7 @@ class LcmEndpoint {
 
   bool connected() const;
   DropCounts drops() const;
+  std::optional<OtherVersion> other_version() const;
 
  private:
   struct Inbox;

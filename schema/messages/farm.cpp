@@ -33,6 +33,17 @@ void create_key_file(const fs::path& path) {
                 fmt::format("{}: cannot write the farm's key: {}", path.string(), std::strerror(saved)));
 }
 
+/// Whoever reads the key can give orders to the farm.
+void refuse_public_key_file(const fs::path& path) {
+  constexpr fs::perms kOthers = fs::perms::group_all | fs::perms::others_all;
+  const fs::perms mode = fs::status(path).permissions();
+  if ((mode & kOthers) != fs::perms::none)
+    throw Error(
+        ErrorKind::BadInput,
+        fmt::format("{0}: others can use the farm's key: its mode is {1:04o}, expected 0600; run 'chmod 600 {0}'",
+                    path.string(), static_cast<unsigned>(mode)));
+}
+
 }  // namespace
 
 Farm farm_of_key(const std::string& key) {
@@ -45,6 +56,7 @@ Farm farm_of_key(const std::string& key) {
 Farm read_farm_key(const fs::path& path) {
   if (!fs::is_regular_file(path))
     throw Error(ErrorKind::BadInput, fmt::format("{}: no such farm key file", path.string()));
+  refuse_public_key_file(path);
   std::string line = read_file(path);
   line.resize(std::min(line.size(), line.find_first_of("\r\n")));
   try {

@@ -12,7 +12,7 @@ struct Farm {
 
 /// The farm of a key. Throws Error(BadInput) when the key has fewer than 16 characters.
 Farm farm_of_key(const std::string& key);
-/// The first line of a key file. Throws Error(BadInput) naming the file.
+/// The first line of a key file. Throws Error(BadInput) naming the file, also when others than its owner may read it.
 Farm read_farm_key(const std::filesystem::path& path);
 /// Makes the file with a random key, readable by its owner only, when it is not there yet.
 Farm read_or_create_farm_key(const std::filesystem::path& path);

@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -156,6 +157,66 @@ TEST(FrameQueue, DropsTheOldestButNeverAHalfWrittenOne) {
   EXPECT_EQ(heard, std::string(2'000'000, 'a') + std::string(900'000, 'c'));
   close(fds[0]);
   close(fds[1]);
+}
+
+TEST(Broker, ClientThatDoesNotSayWhatItIsIsCutOff) {
+  const Broker broker({.hello_within_ms = 50});
+  RawClient silent(broker.port());
+  EXPECT_EQ(silent.hear(1), "") << "the broker hangs up";
+  EXPECT_EQ(broker.counts().num_silent, 1);
+}
+
+TEST(Broker, NoMoreClientsThanAllowed) {
+  const Broker broker({.max_clients = 1});
+  RawClient first(broker.port());
+  first.say(hello());
+  EXPECT_EQ(first.hear(8).size(), 8U);
+  RawClient second(broker.port());
+  EXPECT_EQ(second.hear(1), "");
+  EXPECT_EQ(broker.counts().num_refused, 1);
+}
+
+TEST(Broker, ClientThatFloodsIsCutOff) {
+  const Broker broker({.max_bytes_per_s_per_client = 10'000});
+  RawClient client(broker.port());
+  client.say(hello());
+  EXPECT_EQ(client.hear(8).size(), 8U);
+  client.say(publish("A", std::string(20'000, 'x')));
+  EXPECT_EQ(client.hear(1), "");
+  EXPECT_EQ(broker.counts().num_too_fast, 1);
+}
+
+TEST(Broker, NonsenseIsCountedAsSuch) {
+  const Broker broker({});
+  RawClient client(broker.port());
+  client.say("GET / HTTP/1.1\r\n\r\n");
+  EXPECT_EQ(client.hear(1), "");
+  EXPECT_EQ(broker.counts().num_nonsense, 1);
+}
+
+TEST(Broker, WithoutDescriptorsConnectionsAreRefusedAndThereIsNoSpin) {
+  const Broker broker({});
+  RawClient client(broker.port());
+  client.say(hello());
+  EXPECT_EQ(client.hear(8).size(), 8U);
+  const int client_fd = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(broker.port());
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  std::vector<int> hoard;
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  const rlimit low{.rlim_cur = 64, .rlim_max = before.rlim_max};
+  setrlimit(RLIMIT_NOFILE, &low);
+  for (int fd = 0; (fd = dup(client_fd)) >= 0;) hoard.push_back(fd);
+  EXPECT_EQ(connect(client_fd, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  EXPECT_TRUE(eventually([&] { return broker.counts().num_refused == 1; }));
+  for (const int fd : hoard) close(fd);
+  setrlimit(RLIMIT_NOFILE, &before);
+  close(client_fd);
+  client.say(number(2) + text("A") + publish("A", "still there"));
+  EXPECT_EQ(client.hear(publish("A", "still there").size()), publish("A", "still there"));
 }
 
 }  // namespace

@@ -166,6 +166,9 @@ TEST(Codec, OtherProtocolVersionIsCounted) {
   Decoder decoder(test_farm());
   EXPECT_FALSE(decoder.take(datagram));
   EXPECT_EQ(decoder.drops().version, 1);
+  ASSERT_TRUE(decoder.other_version());
+  EXPECT_EQ(decoder.other_version()->version, kProtocolVersion + 1);
+  EXPECT_EQ(decoder.other_version()->sender, "w-1");
 }
 
 TEST(Codec, LargeStateTravelsInPagesInAnyOrder) {
@@ -230,6 +233,22 @@ TEST(Farm, KeyFileIsMadeOnceAndPrivate) {
   EXPECT_EQ(read_farm_key(folder + "/farm.key").key, made.key);
   EXPECT_EQ(std::filesystem::status(folder + "/farm.key").permissions(),
             std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+  std::filesystem::remove_all(folder);
+}
+
+TEST(Farm, KeyFileThatOthersCanReadIsRefusedWithTheRemedy) {
+  const std::string folder = ::testing::TempDir() + "/farm-" + to_hex(random_bytes(4));
+  read_or_create_farm_key(folder + "/farm.key");
+  for (const auto others : {std::filesystem::perms::group_read, std::filesystem::perms::others_read}) {
+    std::filesystem::permissions(folder + "/farm.key", std::filesystem::perms::owner_read | others);
+    try {
+      read_farm_key(folder + "/farm.key");
+      FAIL() << "accepted";
+    } catch (const Error& e) {
+      EXPECT_EQ(e.kind(), ErrorKind::BadInput);
+      EXPECT_NE(std::string(e.what()).find("chmod 600 " + folder + "/farm.key"), std::string::npos) << e.what();
+    }
+  }
   std::filesystem::remove_all(folder);
 }
 
