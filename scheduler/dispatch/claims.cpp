@@ -34,6 +34,8 @@ struct Dispatcher::Room {
 void Dispatcher::on_tick(std::int64_t now_ms) {
   stop_revoked();
   expire_leases(now_ms);
+  look_at_the_clock();
+  test_doubted(now_ms);
   store_.wake_waiting();
   const bool news = may_claim_ || store_.num_woken() != num_woken_seen_ || now_ms >= next_claim_ms_;
   if (!news) return;
@@ -82,7 +84,7 @@ void Dispatcher::claim_for_all(std::int64_t now_ms) {
   if (with_room.empty()) return;
   ReadyJobs ready(store_);
   if (ready.empty()) return;
-  if (ready.waits_to_run_alone()) with_room.front().reserved = !with_room.front().worker->held.empty();
+  if (const ReadyClass* lone = ready.first_to_run_alone()) reserve_for(*lone, with_room);
   for (const Claim claim : {Claim::Run, Claim::Prefetch}) {
     for (Room& room : with_room) room.full = room.reserved;
     for (bool again = true; again;) {
@@ -104,6 +106,8 @@ int Dispatcher::num_ahead_per_slot(const std::string& kind) const {
 /// A job that asks for more than any worker has gets the whole of one.
 bool Dispatcher::suits(const Room& room, Claim claim, const ReadyClass& ready) const {
   const LiveWorker& worker = *room.worker;
+  const Wanted wanted{.kind = ready.kind, .pool = ready.pool, .tags = ready.tags};
+  if (!worker.serves(wanted) || avoids(worker, wanted)) return false;
   const auto slots = static_cast<std::size_t>(worker.report.slots);
   const auto num_ahead = claim == Claim::Run ? 0U : static_cast<std::size_t>(num_ahead_per_slot(ready.kind));
   if (worker.held.size() >= slots * (1 + num_ahead)) return false;
@@ -115,7 +119,18 @@ bool Dispatcher::suits(const Room& room, Claim claim, const ReadyClass& ready) c
 }
 
 /// What a single job adds to its class.
-bool Dispatcher::suits(const LiveWorker&, const JobRow&) const { return true; }
+bool Dispatcher::suits(const LiveWorker& worker, const JobRow& job) const {
+  if (!worker.offers(job.kind, job.version)) return false;
+  return !avoids(worker, {.kind = job.kind, .pool = job.pool, .tags = job.tags, .version = job.version, .job = job.id});
+}
+
+/// The first worker that may run a job which must be alone takes nothing else until it is empty.
+void Dispatcher::reserve_for(const ReadyClass& lone, std::vector<Room>& rooms) const {
+  const Wanted wanted{.kind = lone.kind, .pool = lone.pool, .tags = lone.tags, .job = lone.first};
+  const auto room = std::find_if(rooms.begin(), rooms.end(),
+                                 [&](const Room& r) { return r.worker->serves(wanted) && !avoids(*r.worker, wanted); });
+  if (room != rooms.end()) room->reserved = !room->worker->held.empty();
+}
 
 /// False when the worker has no room for anything that is ready.
 bool Dispatcher::claim_one(Room& room, Claim claim, ReadyJobs& ready, std::int64_t now_ms) {

@@ -19,6 +19,9 @@ struct Command {
     Priority,  ///< higher goes first
     Drain,     ///< finish what runs, take nothing new
     Undrain,   ///< take work again
+    Hours,     ///< begin jobs only in these hours
+    Forgive,   ///< forget what failed there, and trust it again
+    SelfTest,  ///< check the machine now; it is set aside when it fails
   };
   Verb verb = Verb::Pause;
   std::optional<ShotId> shot{};
@@ -27,6 +30,7 @@ struct Command {
   int priority = 0;      ///< with Verb::Priority
   std::string stage{};   ///< with a shot: only the jobs of this kind
   bool dry_run = false;  ///< say what would change, and change nothing
+  std::string hours{};   ///< with Verb::Hours, see working_hours.h; empty: always
   std::string who{};     ///< who asks, for the audit log; empty: the farm itself
 };
 

@@ -12,7 +12,7 @@ namespace {
 
 using Verb = Command::Verb;
 
-bool is_for_worker(Verb verb) { return verb == Verb::Drain || verb == Verb::Undrain; }
+bool is_for_worker(Verb verb) { return verb >= Verb::Drain; }
 
 /// "1 job", "226 jobs"
 std::string jobs_text(std::size_t num) { return fmt::format("{} job{}", num, num == 1 ? "" : "s"); }

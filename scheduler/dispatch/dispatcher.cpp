@@ -24,7 +24,8 @@ bool contains(const std::vector<AttemptRef>& sorted, const AttemptRef& ref) {
 
 bool same_machine(const WorkerReport& a, const WorkerReport& b) {
   return a.incarnation == b.incarnation && a.host == b.host && a.pool == b.pool && a.slots == b.slots &&
-         a.cores == b.cores && a.ram_mb == b.ram_mb && a.draining == b.draining;
+         a.cores == b.cores && a.ram_mb == b.ram_mb && a.draining == b.draining && a.tags == b.tags &&
+         a.kinds == b.kinds && a.trouble == b.trouble;
 }
 
 }  // namespace
@@ -40,12 +41,17 @@ void Dispatcher::recover(std::int64_t now_ms) {
   store_.set_meta("epoch", std::to_string(epoch_));
   store_.set_meta("farm_id", options_.farm_id);
   reconcile_until_ms_ = now_ms + options_.lease_ms;
-  for (Query q = store_.db().query("SELECT id, incarnation FROM worker"); q.step();) {
+  for (Query q = store_.db().query("SELECT id, incarnation, hours, set_aside FROM worker"); q.step();) {
     LiveWorker& worker = workers_[q.text(0)];
     worker.report.worker_id = q.text(0);
     worker.report.incarnation = q.integer(1);
+    worker.hours = WorkingHours::parse(q.text(2));
+    worker.set_aside = q.text(3);
   }
-  for (auto& [id, worker] : workers_) worker.drained = !store_.meta("drain/" + id).empty();
+  for (auto& [id, worker] : workers_) {
+    worker.drained = !store_.meta("drain/" + id).empty();
+    recall_standing(id, worker);
+  }
   for (const AttemptRow& attempt : store_.open_attempts()) expect_back(attempt, now_ms);
   planner_.resume();
 }
@@ -116,11 +122,11 @@ void Dispatcher::note_worker(LiveWorker& worker, const WorkerReport& report, std
   worker.lost = false;
   may_claim_ |= news;
   if (!news && now_ms - worker.written_ms < kWorkerRowMs) return;
-  store_.upsert_worker(report, worker.drained || report.draining ? "draining" : "active");
+  store_.upsert_worker(report, std::string(worker.state()));
   if (news)
-    store_.add_event(
-        std::nullopt, std::nullopt, report.worker_id, "worker",
-        fmt::format("on {}: {} slots, {} cores, {} MB", report.host, report.slots, report.cores, report.ram_mb));
+    store_.add_event(std::nullopt, std::nullopt, report.worker_id, "worker",
+                     fmt::format("on {}: {} slots, {} cores, {} MB{}", report.host, report.slots, report.cores,
+                                 report.ram_mb, report.trouble.empty() ? "" : "; takes no work: " + report.trouble));
   worker.written_ms = now_ms;
 }
 
@@ -221,6 +227,11 @@ bool Dispatcher::accept(LiveWorker& worker, const AttemptRow& attempt, const Don
   planner_.compare_with_suspect(job, job.key, *content);
   store_.finish(done.ref, done, *content);
   if (job.num_attempts > 1) planner_.revoke(job.id);  // another attempt of the same job, if there is one
+  if (is_selftest(job.kind)) {
+    end_selftest(worker, *store_.job(job.id), "");
+    return true;
+  }
+  note_success(worker, job.id, job.kind);
   const auto mean = mean_wall_ms_.try_emplace(job.kind, static_cast<double>(done.wall_ms)).first;
   mean->second += 0.1 * (static_cast<double>(done.wall_ms) - mean->second);
   planner_.finished(job.id);
@@ -236,6 +247,9 @@ void Dispatcher::fail(LiveWorker& worker, const AttemptRow& attempt, const DoneA
                      : done.outcome == Outcome::Canceled ? "canceled"
                                                          : "failed",
                      done);
+  if (is_selftest(job.kind)) return end_selftest(worker, job, done.message);
+  note_failure(worker, job, done);
+  note_decision(job, decision);
   store_.set_retry(job.id, decision.num_failures, decision.num_crashes, store_.clock().wall_ms() + decision.delay_ms);
   store_.set_resources(job.id, decision.ram_mb, decision.timeout_s);
   store_.set_error(job.id, done.error_kind, done.message);
@@ -243,6 +257,16 @@ void Dispatcher::fail(LiveWorker& worker, const AttemptRow& attempt, const DoneA
   planner_.touch(job.shot);
   worker.changed = true;
   if (is_finished(decision.to)) planner_.finished(job.id);
+}
+
+/// What people should know of besides the job's own history.
+void Dispatcher::note_decision(const JobRow& job, const RetryDecision& decision) {
+  if (decision.to == JobState::Quarantined)
+    store_.add_event(job.shot, job.id, "", "decision", fmt::format("{} is quarantined: {}", job.name, decision.reason));
+  if (decision.to == JobState::Ready && decision.ram_mb != job.ram_mb)
+    store_.add_event(job.shot, job.id, "", "decision",
+                     fmt::format("{} gets {} MB and {} s from now on: {}", job.name, decision.ram_mb,
+                                 decision.timeout_s, decision.reason));
 }
 
 /// Held attempts that the worker does not list: it was restarted, it dropped them, or it never took them.
@@ -287,6 +311,7 @@ void Dispatcher::lose(LiveWorker& worker, const AttemptRef& ref, const std::stri
   end.ref = ref;
   end.message = fmt::format("worker {} {}", worker.report.worker_id, why);
   store_.end_attempt(ref, "lost", end);
+  if (is_selftest(job.kind)) return store_.move(job.id, JobState::Failed, end.message);
   if (planner_.salvage(job, JobState::Done, job.reason)) return;
   store_.move(job.id, JobState::Ready, end.message);
   planner_.touch(job.shot);

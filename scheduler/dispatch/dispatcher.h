@@ -11,6 +11,7 @@
 #include "scheduler/dispatch/bus.h"
 #include "scheduler/dispatch/command.h"
 #include "scheduler/dispatch/ready_jobs.h"
+#include "scheduler/dispatch/retry.h"
 #include "scheduler/dispatch/worker_table.h"
 #include "scheduler/plan/planner.h"
 #include "scheduler/store/store.h"
@@ -62,9 +63,26 @@ class Dispatcher {
   void on_done(LiveWorker& worker, const DoneAttempt& done, std::int64_t now_ms);
   bool accept(LiveWorker& worker, const AttemptRow& attempt, const DoneAttempt& done, std::int64_t now_ms);
   void fail(LiveWorker& worker, const AttemptRow& attempt, const DoneAttempt& done);
+  void note_decision(const JobRow& job, const RetryDecision& decision);
   void drop_forgotten(LiveWorker& worker, const Listed& listed, bool reborn, std::int64_t now_ms);
   void acknowledge(LiveWorker& worker, const AttemptRef& ref);
   void forget_settled(LiveWorker& worker, const Listed& listed);
+
+  // Trust and hours.
+  void recall_standing(const std::string& id, LiveWorker& worker);
+  void write_standing(const LiveWorker& worker);
+  void note_failure(LiveWorker& worker, const JobRow& job, const DoneAttempt& done);
+  void note_success(LiveWorker& worker, JobId job, const std::string& kind);
+  void set_aside(LiveWorker& worker, const std::string& why);
+  void forgive(LiveWorker& worker);
+  void start_selftest(LiveWorker& worker, std::int64_t now_ms);
+  /// error: empty when it passed.
+  void end_selftest(LiveWorker& worker, const JobRow& job, const std::string& error);
+  void test_doubted(std::int64_t now_ms);
+  void look_at_the_clock();
+  void show_state(const LiveWorker& worker);
+  bool another_could(const LiveWorker& self, const Wanted& wanted) const;
+  bool avoids(const LiveWorker& worker, const Wanted& wanted) const;
 
   void expire_leases(std::int64_t now_ms);
   void lose(LiveWorker& worker, const AttemptRef& ref, const std::string& why);
@@ -77,6 +95,7 @@ class Dispatcher {
   bool claim_one(Room& room, Claim claim, ReadyJobs& ready, std::int64_t now_ms);
   bool suits(const Room& room, Claim claim, const ReadyClass& ready) const;
   bool suits(const LiveWorker& worker, const JobRow& job) const;
+  void reserve_for(const ReadyClass& lone, std::vector<Room>& rooms) const;
   bool hand_out(LiveWorker& worker, const JobRow& job, std::int64_t now_ms);
   int num_ahead_per_slot(const std::string& kind) const;
 
@@ -92,6 +111,7 @@ class Dispatcher {
   CommandResult rerun(const Target& target, bool dry_run);
   CommandResult set_priority(const Target& target, int priority, bool dry_run);
   CommandResult on_worker_command(const Command& command);
+  std::string effect_of(const Command& command, const LiveWorker& worker) const;
 
   WorkerOrders orders_for(const WorkerReport& report, std::int64_t now_ms);
   void send_orders(LiveWorker& worker, Bus& bus, std::int64_t now_ms);
@@ -104,10 +124,14 @@ class Dispatcher {
   std::int64_t last_seq_ = 0;                     ///< of orders to anybody
   std::map<std::string, WorkerReport> to_greet_;  ///< by worker
   std::map<std::string, LiveWorker> workers_;
+  std::int64_t minute_seen_ = -1;  ///< of the wall clock, by which hours were looked at last
   // Claims are looked for when something may have changed, and now and then.
   bool may_claim_ = true;
   std::int64_t num_woken_seen_ = -1, next_claim_ms_ = 0;
   std::unordered_map<std::string, double> mean_wall_ms_;  ///< by kind, of attempts since the start
 };
+
+/// A job of the scheduler's own, which checks a worker.
+bool is_selftest(const std::string& kind);
 
 }  // namespace vantage

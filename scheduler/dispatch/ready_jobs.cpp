@@ -21,9 +21,10 @@ ReadyJobs::ReadyJobs(Store& store) : store_(store) {
   }
 }
 
-bool ReadyJobs::waits_to_run_alone() const {
-  return std::any_of(order_.begin(), order_.end(),
-                     [&](const Place& place) { return queues_[std::get<3>(place)].ready.alone; });
+const ReadyClass* ReadyJobs::first_to_run_alone() const {
+  for (const Place& place : order_)
+    if (const ReadyClass& ready = queues_[std::get<3>(place)].ready; ready.alone) return &ready;
+  return nullptr;
 }
 
 void ReadyJobs::read_more(std::size_t index) {

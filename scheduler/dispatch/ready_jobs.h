@@ -23,8 +23,8 @@ class ReadyJobs {
   std::optional<JobRow> take(const SuitsClass& suits_class, const SuitsJob& suits_job);
 
   bool empty() const { return order_.empty(); }
-  /// A job that crashed before and waits for a worker of its own.
-  bool waits_to_run_alone() const;
+  /// The first class of jobs that crashed before and wait for a worker of their own; nullptr when there is none.
+  const ReadyClass* first_to_run_alone() const;
 
  private:
   struct Queue {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "jobs/probe/selftest_job.h"
 #include "scheduler/plan/identity.h"
 #include "schema/base/error.h"
 #include "schema/formats/manifest.h"
@@ -88,6 +89,7 @@ void Planner::expand(ShotId shot, bool strict) {
   } while (std::any_of(wanted.missing.begin(), wanted.missing.end(),
                        [&](const auto& job) { return lookup(job).has_value(); }));
   plan.asked = wanted.asked;
+  store_.set_num_awaited(shot, static_cast<int>(wanted.missing.size()));
   plan.missing = wanted.missing;
   const std::string error = wanted.errors.empty() ? "" : wanted.errors.begin()->second;
   const ShotRow row = *store_.shot(shot);
@@ -178,6 +180,8 @@ JobRow Planner::write_unit(const ShotRow& shot, const PlannedUnit& planned, cons
   row.cores = planned.unit.need.cores;
   row.ram_mb = planned.unit.need.ram_mb;
   row.timeout_s = planned.unit.need.timeout_s;
+  row.pool = planned.placement.pool;
+  row.tags = planned.placement.tags;
   if (old != nullptr) {
     store_.update_plan(row);
   } else {
@@ -192,7 +196,7 @@ void Planner::drop_unwanted(const ShotRow& shot, const ShotPlan& wanted, const R
   std::unordered_set<std::string_view> names;
   for (const auto& planned : wanted.units) names.insert(planned.unit.name);
   for (const auto& [name, job] : rows) {
-    if (names.contains(name)) continue;
+    if (names.contains(name) || job.kind == SelfTestJob::spec().name) continue;
     const bool planned_now = job.generation == shot.generation;
     if (planned_now && wanted.errors.contains(job.kind)) continue;
     if (planned_now) store_.set_generation(job.id, 0);

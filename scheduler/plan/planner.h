@@ -51,6 +51,8 @@ class Planner {
   /// All jobs of a kind, also those planned later. ready, paused: those in that state.
   void pause_stage(ShotId shot, const std::string& kind, const std::vector<JobId>& ready);
   void resume_stage(ShotId shot, const std::string& kind, const std::vector<JobId>& paused);
+  /// A job that is in no plan: it is ready, for the caller to hand it out at once. The same name is the same row.
+  JobRow make_ready_outside_plan(ShotId shot, const KindSpec& spec, const WorkUnit& unit);
   /// Before an attempt: an artifact that is not trusted gives way, to SHOT/.vantage/aside/. False when it cannot: the
   /// job has failed.
   bool move_suspect_aside(const JobRow& job);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "scheduler/plan/identity.h"
 #include "scheduler/plan/planner.h"
 #include "schema/base/did_you_mean.h"
 #include "schema/base/error.h"
@@ -25,7 +26,9 @@ std::vector<JobId> Planner::to_retry(const std::vector<JobId>& roots) {
   const auto choose = [&](JobId id) {
     if (chosen.insert(id).second) open.push_back(id);
   };
-  const auto is_chosen_or_no_obstacle = [&](JobId id) { return chosen.contains(id) || !is_bad(store_.brief(id)->state); };
+  const auto is_chosen_or_no_obstacle = [&](JobId id) {
+    return chosen.contains(id) || !is_bad(store_.brief(id)->state);
+  };
   for (const JobId root : roots)
     if (is_bad(store_.brief(root)->state)) choose(root);
   while (!open.empty()) {
@@ -127,6 +130,29 @@ void Planner::resume_stage(ShotId shot, const std::string& kind, const std::vect
   setting.paused = false;
   store_.set_stage_setting(shot, kind, setting);
   for (const JobId id : paused) recheck(*store_.job(id));
+}
+
+JobRow Planner::make_ready_outside_plan(ShotId shot, const KindSpec& spec, const WorkUnit& unit) {
+  const auto old = store_.find_job(shot, unit.name);
+  if (old) block(old->id, old->state, "");
+  JobRow row = old.value_or(JobRow{});
+  row.shot = shot;
+  row.name = unit.name;
+  row.kind = spec.name;
+  row.version = spec.version;
+  row.params = unit.params.dump();
+  row.unit = unit.unit.dump();
+  row.sources = row.links = "[]";
+  row.cores = unit.need.cores;
+  row.ram_mb = unit.need.ram_mb;
+  row.timeout_s = unit.need.timeout_s;
+  if (old)
+    store_.update_plan(row);
+  else
+    row.id = store_.insert_job(row);
+  const JobFile file = job_file(row);
+  make_ready(row, job_key(file), identity_of(file));
+  return *store_.job(row.id);
 }
 
 bool Planner::is_suspect(const JobRow& job, const std::string& key) {

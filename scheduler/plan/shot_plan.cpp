@@ -108,7 +108,8 @@ ShotPlan plan_shot(const Shot& shot, const std::vector<KindEntry>& kinds, const 
     plan.missing.merge(split.missing);
     if (!split.error.empty()) plan.errors.emplace(name, split.error);
     for (auto& unit : split.units)
-      plan.units.push_back({std::move(unit), name, static_cast<int>(stage), kinds[stage].spec.version});
+      plan.units.push_back(
+          {std::move(unit), name, static_cast<int>(stage), kinds[stage].spec.version, placement_of(shot, name)});
   }
   plan.units = needs_first(std::move(plan.units));
   return plan;
@@ -118,8 +119,12 @@ std::string plan_hash(const PlannedUnit& p) {
   Json sources = Json::array(), links = Json::array();
   for (const auto& source : p.unit.sources) sources.push_back({source.name, source.path.string()});
   for (const auto& link : p.unit.links) links.push_back({link.from, link.to});
-  const Json all = {p.kind,  p.stage, p.version,         p.unit.params,      p.unit.unit,          p.unit.needs,
-                    sources, links,   p.unit.need.cores, p.unit.need.ram_mb, p.unit.need.timeout_s};
+  Json all = {p.kind,  p.stage, p.version,         p.unit.params,      p.unit.unit,          p.unit.needs,
+              sources, links,   p.unit.need.cores, p.unit.need.ram_mb, p.unit.need.timeout_s};
+  if (!p.placement.pool.empty() || !p.placement.tags.empty()) {
+    all.push_back(p.placement.pool);
+    all.push_back(p.placement.tags);
+  }
   return hash_bytes(all.dump());
 }
 

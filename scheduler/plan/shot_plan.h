@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "jobs/all_jobs.h"
+#include "schema/shot/placement.h"
 
 namespace vantage {
 
@@ -14,12 +15,13 @@ struct PlannedUnit {
   std::string kind;
   int stage = 0;  ///< place of the kind in the list of kinds
   int version = 0;
+  Placement placement{};
 };
 
 struct ShotPlan {
-  std::vector<PlannedUnit> units;  ///< what a job needs stands before it
-  std::set<std::string> asked;     ///< jobs whose artifacts a split looked at
-  std::set<std::string> missing;   ///< of those, the ones that were not there: plan again when one is
+  std::vector<PlannedUnit> units;             ///< what a job needs stands before it
+  std::set<std::string> asked;                ///< jobs whose artifacts a split looked at
+  std::set<std::string> missing;              ///< of those, the ones that were not there: plan again when one is
   std::map<std::string, std::string> errors;  ///< by kind whose split failed: nothing is known of its jobs
 };
 

@@ -142,16 +142,6 @@ void Store::add_event(std::optional<ShotId> shot, std::optional<JobId> job, cons
       clock_.wall_ms(), shot.value_or(ShotId{}).value, job.value_or(JobId{}).value, worker, kind, text, who_);
 }
 
-void Store::upsert_worker(const WorkerReport& r, const std::string& state) {
-  db_.run(
-      "INSERT INTO worker (id, incarnation, host, pool, slots, cores, ram_mb, free_disk_mb, state, last_seen_ms) "
-      "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO UPDATE SET incarnation = excluded.incarnation, "
-      "host = excluded.host, pool = excluded.pool, slots = excluded.slots, cores = excluded.cores, "
-      "ram_mb = excluded.ram_mb, free_disk_mb = excluded.free_disk_mb, state = excluded.state, "
-      "last_seen_ms = excluded.last_seen_ms",
-      r.worker_id, r.incarnation, r.host, r.pool, r.slots, r.cores, r.ram_mb, r.free_disk_mb, state, clock_.wall_ms());
-}
-
 void Store::set_worker_state(const std::string& id, const std::string& state) {
   if (db_.run("UPDATE worker SET state = ? WHERE id = ? AND state <> ?", state, id, state) > 0)
     add_event(std::nullopt, std::nullopt, id, "worker", state);

@@ -121,6 +121,22 @@ class Store {
   /// Throws Error(BadInput) when the file is not there.
   std::string source_hash(const std::filesystem::path& path);
 
+  /// Preferably one that runs.
+  std::optional<ShotRow> newest_shot();
+  void set_num_awaited(ShotId shot, int num);
+  // How workers stand; see schema/sql/0003_operating.sql.
+  void set_worker_hours(const std::string& id, const std::string& hours);
+  void set_worker_set_aside(const std::string& id, const std::string& why);
+  struct WorkerFailure {
+    JobId job;
+    std::string kind;
+    std::int64_t at_ms = 0;
+    bool of_kind = true, in_row = true;
+  };
+  void put_worker_failure(const std::string& worker, const WorkerFailure& failure);
+  void forget_worker_failures(const std::string& worker);
+  std::vector<WorkerFailure> worker_failures(const std::string& worker);
+
   // What people ordered; see schema/sql/0003_operating.sql.
   struct StageSetting {
     bool paused = false;

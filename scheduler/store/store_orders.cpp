@@ -3,6 +3,15 @@
 
 namespace vantage {
 
+std::optional<ShotRow> Store::newest_shot() {
+  const ShotId id{db_.integer_or(0, "SELECT id FROM shot ORDER BY state = 'running' DESC, submitted_ms DESC LIMIT 1")};
+  return shot(id);
+}
+
+void Store::set_num_awaited(ShotId shot, int num) {
+  db_.run("UPDATE shot SET num_awaited = ?1 WHERE id = ?2 AND num_awaited <> ?1", num, shot.value);
+}
+
 Store::StageSetting Store::stage_setting(ShotId shot, const std::string& kind) {
   Query q = db_.query("SELECT paused, priority FROM stage_setting WHERE shot_id = ? AND kind = ?", shot.value, kind);
   if (!q.step()) return {};

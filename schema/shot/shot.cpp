@@ -8,6 +8,7 @@
 
 #include "schema/base/did_you_mean.h"
 #include "schema/base/error.h"
+#include "schema/shot/placement.h"
 #include "schema/shot/toml_section.h"
 
 namespace vantage {
@@ -48,6 +49,7 @@ class Reader {
     if (shot_.folder.filename().empty()) shot_.folder = shot_.folder.parent_path();
     shot_.name = shot_.folder.filename().string();
     for (const auto& [key, node] : root) read_top_level(std::string(key.str()), node);
+    if (!farm_.values.empty()) shot_.sections["farm"] = farm_;
     check_cameras();
     return std::move(shot_);
   }
@@ -68,12 +70,23 @@ class Reader {
   void read_top_level(const std::string& key, const toml::node& node) {
     if (key == "shot") return read_shot_table(table_of(node, key));
     if (key == "camera" || key == "render") return read_array(key, node);
+    if (key == "farm") return read_farm_table(table_of(node, key));
     if (std::find(section_names_.begin(), section_names_.end(), key) == section_names_.end()) {
       std::vector<std::string> known = section_names_;
-      for (const char* word : {"shot", "camera", "render"}) known.emplace_back(word);
+      for (const char* word : {"shot", "camera", "render", "farm"}) known.emplace_back(word);
       fail(line_of(node), fmt::format("unknown table [{}]{}", key, did_you_mean(key, known)));
     }
-    shot_.sections[key] = flat_section(table_of(node, key), file_, key);
+    Section section = flat_section(table_of(node, key), file_, key);
+    move_placement(section, farm_);
+    shot_.sections[key] = std::move(section);
+  }
+
+  /// See placement.h.
+  void read_farm_table(const toml::table& table) {
+    Section s = flat_section(table, file_, "farm");
+    for (const char* key : {"pool", "tags"})
+      if (auto value = s.values.extract(key)) farm_.values.insert(std::move(value));
+    reject_rest(s, {"pool", "tags"});
   }
 
   const toml::table& table_of(const toml::node& node, const std::string& key) const {
@@ -219,6 +232,7 @@ class Reader {
   fs::path folder_;
   std::string file_;
   const std::vector<std::string>& section_names_;
+  Section farm_{.file = file_, .name = "farm", .line = 1, .values = {}};
   Shot shot_;
 };
 

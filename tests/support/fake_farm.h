@@ -89,6 +89,8 @@ class FakeWorker {
     for (const Assignment& a : orders.assigned)
       if (!finished_.contains(a.ref)) held_.emplace(a.ref, a);
   }
+  /// What it says of itself, for tests to change.
+  WorkerReport& machine() { return report_; }
   std::int64_t epoch_seen() const { return report_.epoch_seen; }
   /// Whole state, as it is now.
   WorkerReport report() {
