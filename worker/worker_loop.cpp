@@ -11,6 +11,7 @@
 
 #include "schema/base/clock.h"
 #include "schema/base/error.h"
+#include "schema/base/log_file.h"
 #include "schema/formats/job_file.h"
 #include "schema/messages/endpoint.h"
 #include "worker/agent.h"
@@ -27,6 +28,8 @@ namespace vantage {
 namespace fs = std::filesystem;
 namespace {
 
+/// STATE/worker.log and its predecessors.
+constexpr int kLogMb = 20, kNumLogs = 5;
 constexpr std::int64_t kMinReportPauseMs = 5;
 constexpr std::int64_t kReportEveryMs = 1000;
 constexpr std::int64_t kReportUntilHeardMs = 200;  ///< before the first orders: the scheduler may have just come up
@@ -63,6 +66,7 @@ class Worker {
   }
 
   int run() {
+    also_log_to(state_.folder() / "worker.log", kLogMb, kNumLogs);
     spdlog::info("worker {} on {}: {}", state_.worker_id(), host_name(), state_.folder().string());
     while (!is_finished()) {
       wait();

@@ -59,6 +59,7 @@ void declare_exec(Cli& cli) {
 
 void declare(Cli& cli, const WorkerProgram& program) {
   cli.app.require_subcommand(0, 1);
+  cli.app.set_version_flag("--version", "vantage-worker " VANTAGE_VERSION);
   declare_worker(cli.app, cli.worker);
   declare_exec(cli);
   if (program.probe) {
