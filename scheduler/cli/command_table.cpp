@@ -62,6 +62,12 @@ const std::vector<CliCommand>& all_commands() {
       {"resume", "go on with a paused shot", resume_command},
       {"cancel", "give up a shot or a job", cancel_command},
       {"retry", "run failed jobs again", retry_command},
+      {"gc", "list or remove what no shot can reach any more", gc_command},
+      {"verify", "compare a shot's results with their hashes; make some again", verify_command},
+      {"backup", "copy a farm's database, settings and key", backup_command},
+      {"restore", "bring a backup or a snapshot back", restore_command},
+      {"archive", "pack a finished shot into one file, or unpack it", archive_command},
+      {"doctor", "say what is wrong with this machine, farm or network", doctor_command},
   };
   return commands;
 }

@@ -13,6 +13,8 @@
 #include "scheduler/cli/stop_signal.h"
 #include "scheduler/farm/farm.h"
 #include "scheduler/farm/farm_config.h"
+#include "scheduler/upkeep/upkeep.h"
+#include "schema/base/log_file.h"
 
 namespace vantage {
 namespace {
@@ -55,6 +57,8 @@ ServeOptions parse_serve_options(const Arguments& arguments) {
 
 int serve_farm(const ServeOptions& options, const std::vector<KindEntry>& kinds) {
   note_stop_signals();
+  const FarmConfig config = read_farm_config(options.state_dir);
+  also_log_to(std::filesystem::path(options.state_dir) / "scheduler.log", config.logs.max_mb, config.logs.keep_files);
   FarmScheduler farm({.state_dir = options.state_dir,
                       .bus_url = options.bus,
                       .listen = options.bus_listen,
@@ -69,6 +73,9 @@ int serve_farm(const ServeOptions& options, const std::vector<KindEntry>& kinds)
   fmt::print("Page and API: {}\nWorkers: vantage-worker --bus '{}' --farm-key '{}' --state FOLDER --slots N\n",
              server.url(), farm.bus_url(), farm.key_file().string());
   std::fflush(stdout);
+  const Upkeep upkeep({.state_dir = farm.state_dir(),
+                       .config = config,
+                       .note = [&](const std::string& kind, const std::string& text) { farm.note(kind, text); }});
   ReportKeeper reports(farm.state_dir(), system_clock());
   while (!stop_was_asked()) {
     for (const auto& sentence : reports.keep(farm.all_progress())) fmt::print(stderr, "vantage: {}\n", sentence);
