@@ -13,7 +13,8 @@ std::string event_of(const std::string& kind, const std::string& text, bool of_j
   const auto starts = [&](const char* word) { return text.starts_with(word); };
   if (kind == "state" && !of_job) return starts("done") ? "shot_done" : starts("failed") ? "shot_failed" : "";
   if (kind == "state") return starts("quarantined") ? "job_quarantined" : "";
-  if (kind == "worker") return starts("lost") ? "worker_lost" : starts("set aside") ? "worker_set_aside" : "";
+  if (kind == "worker") return starts("lost") ? "worker_lost" : "";
+  if (kind == "decision") return text.find(" is set aside") != std::string::npos ? "worker_set_aside" : "";
   return kind == "warning" && starts("disk_low") ? "disk_low" : "";
 }
 
@@ -34,11 +35,12 @@ Happenings happenings_after(Sqlite& db, std::int64_t after) {
   found.seen_to = std::min(after + kRowsAtOnce, last_event(db));
   // A restored database may be behind what was told already.
   if (found.seen_to <= after) return found;
-  for (Query q = db.query("SELECT e.id, e.at_ms, e.kind, e.text, e.job_id, e.worker_id, s.id, s.name, s.folder, j.name "
-                          "FROM event e LEFT JOIN job j ON j.id = e.job_id "
-                          "LEFT JOIN shot s ON s.id = coalesce(e.shot_id, j.shot_id) "
-                          "WHERE e.id > ? AND e.id <= ? AND e.kind IN ('state', 'worker', 'warning') ORDER BY e.id",
-                          after, found.seen_to);
+  for (Query q = db.query(
+           "SELECT e.id, e.at_ms, e.kind, e.text, e.job_id, e.worker_id, s.id, s.name, s.folder, j.name "
+           "FROM event e LEFT JOIN job j ON j.id = e.job_id "
+           "LEFT JOIN shot s ON s.id = coalesce(e.shot_id, j.shot_id) "
+           "WHERE e.id > ? AND e.id <= ? AND e.kind IN ('state', 'worker', 'decision', 'warning') ORDER BY e.id",
+           after, found.seen_to);
        q.step();) {
     const std::string event = event_of(q.text(2), q.text(3), !q.is_null(4));
     if (!event.empty()) found.list.push_back({q.integer(0), event, facts_of(q, event)});

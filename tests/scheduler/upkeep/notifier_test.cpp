@@ -75,7 +75,7 @@ TEST_F(Hooks, EveryKindOfEventIsToldWithItsFacts) {
   store_.add_event(shot.id, JobId{7}, "", "state", "done");
   store_.add_event(shot.id, JobId{7}, "", "state", "quarantined: crashed 3 times");
   store_.add_event(std::nullopt, std::nullopt, "w1", "worker", "lost");
-  store_.add_event(std::nullopt, std::nullopt, "w1", "worker", "set aside: fails");
+  store_.add_event(std::nullopt, std::nullopt, "w1", "decision", "w1 is set aside until it passes: x");
   store_.add_event(std::nullopt, std::nullopt, "", "warning", "disk_low: /store has 12 MB left");
   store_.add_event(std::nullopt, std::nullopt, "", "warning", "links: in the way");
   Sqlite db = open_farm_to_read(folder_.path());
