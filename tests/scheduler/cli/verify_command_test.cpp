@@ -18,7 +18,7 @@ class ShotThatRan : public testing::Test {
   void SetUp() override {
     fs::create_directories(shot());
     for (const char* name : {"a", "b"})
-      ASSERT_EQ(run_program({"ffmpeg", "-v", "error", "-f", "lavfi", "-i", "testsrc=size=64x48:rate=10:duration=0.5",
+      ASSERT_EQ(run_program({"ffmpeg", "-v", "error", "-f", "lavfi", "-i", "testsrc=size=96x64:rate=10:duration=0.5",
                              (shot() / name).string() + ".mp4"},
                             {.stdout_file = {}, .stderr_file = {}}),
                 0);
@@ -78,7 +78,7 @@ TEST_F(ShotThatRan, AFlippedBitIsFoundNamedAndMended) {
 TEST_F(ShotThatRan, HasNoGarbageButTheResultsOfAnEditThatWasTakenBack) {
   Json list = Json::parse(vantage("gc " + shot().string() + " --keep-days 0 --json").output);
   for (const Json& item : list.at("items")) EXPECT_NE(item.at("what"), "artifact") << item.dump();
-  ASSERT_EQ(run_program({"ffmpeg", "-y", "-v", "error", "-f", "lavfi", "-i", "testsrc2=size=64x48:rate=10:duration=0.5",
+  ASSERT_EQ(run_program({"ffmpeg", "-y", "-v", "error", "-f", "lavfi", "-i", "testsrc2=size=96x64:rate=10:duration=0.5",
                          (shot() / "b.mp4").string()},
                         {.stdout_file = {}, .stderr_file = {}}),
             0);
