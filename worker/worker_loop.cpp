@@ -50,7 +50,7 @@ struct Attempt {
 class Worker {
  public:
   Worker(const WorkerOptions& options, const WorkerProgram& program)
-      : children_(exec_fork_server(fs::read_symlink("/proc/self/exe").string())),
+      : children_(fork_servers(program)),
         program_(program),
         state_(options.state_dir),
         agent_(config_of(options, program, state_), state_.read_outbox()),
@@ -72,7 +72,7 @@ class Worker {
       wait();
       take_signals();
       take_messages();
-      take_children();
+      for (Children& children : children_) take_news(children.take());
       if (now_ms() >= next_tick_ms_) tick();
       send_report_when_due();
       save_outbox();
@@ -81,6 +81,24 @@ class Worker {
   }
 
  private:
+  /// Of this program, then of the light one when there is one.
+  static std::deque<Children> fork_servers(const WorkerProgram& program) {
+    const fs::path self = fs::read_symlink("/proc/self/exe");
+    std::deque<Children> servers;
+    servers.emplace_back(exec_fork_server(self.string()));
+    const fs::path light = self.parent_path() / program.light_program;
+    if (!program.light_program.empty() && access(light.c_str(), X_OK) == 0)
+      servers.emplace_back(exec_fork_server(light.string()));
+    return servers;
+  }
+
+  Children& children_for(const Assignment& a) {
+    const bool is_light = std::any_of(program_.runs.begin(), program_.runs.end(), [&](const RunEntry& entry) {
+      return entry.spec.publishes.empty() && a.kind == kind_and_version(entry.spec);
+    });
+    return is_light ? children_.back() : children_.front();
+  }
+
   static AgentConfig config_of(const WorkerOptions& options, const WorkerProgram& program, const WorkerState& state) {
     AgentConfig config;
     config.worker_id = state.worker_id();
@@ -108,11 +126,11 @@ class Worker {
   }
 
   void wait() {
-    pollfd fds[] = {{.fd = children_.fd(), .events = POLLIN, .revents = 0},
-                    {.fd = signals_.fd(), .events = POLLIN, .revents = 0},
-                    {.fd = endpoint_.wake_fd(), .events = POLLIN, .revents = 0}};
+    std::vector<pollfd> fds{{.fd = signals_.fd(), .events = POLLIN, .revents = 0},
+                            {.fd = endpoint_.wake_fd(), .events = POLLIN, .revents = 0}};
+    for (const Children& children : children_) fds.push_back({.fd = children.fd(), .events = POLLIN, .revents = 0});
     const std::int64_t until_ms = std::min(next_tick_ms_, next_report_ms_);
-    poll(fds, std::size(fds), static_cast<int>(std::clamp<std::int64_t>(until_ms - now_ms(), 0, kTickEveryMs)));
+    poll(fds.data(), fds.size(), static_cast<int>(std::clamp<std::int64_t>(until_ms - now_ms(), 0, kTickEveryMs)));
   }
 
   void take_signals() {
@@ -139,8 +157,8 @@ class Worker {
       if (const auto* orders = std::get_if<WorkerOrders>(&message)) apply(agent_.on_orders(*orders, now_ms()));
   }
 
-  void take_children() {
-    const Children::News news = children_.take();
+  void take_news(const Children::News& news) {
+    if (news.lost.empty() && news.ended.empty()) return;
     if (!news.lost.empty()) {
       spdlog::warn("the fork server died, and {} jobs with it: they will be given out again", news.lost.size());
       apply(agent_.on_lost(news.lost, now_ms()));
@@ -186,10 +204,12 @@ class Worker {
   void tick() {
     next_tick_ms_ = now_ms() + kTickEveryMs;
     if (parent_ != 0 && getppid() != parent_) quit();
-    for (const AttemptRef& ref : children_.running()) {
-      const Children::Progress progress = children_.progress(ref);
-      const TreeUsage usage = children_.usage(ref);
-      apply(agent_.on_progress({ref, progress.phase, progress.fraction, usage.rss_mb}, usage.cpu_ticks, now_ms()));
+    for (Children& children : children_) {
+      for (const AttemptRef& ref : children.running()) {
+        const Children::Progress progress = children.progress(ref);
+        const TreeUsage usage = children.usage(ref);
+        apply(agent_.on_progress({ref, progress.phase, progress.fraction, usage.rss_mb}, usage.cpu_ticks, now_ms()));
+      }
     }
     for (auto& [ref, attempt] : attempts_) attempt.log.enforce();
     apply(agent_.on_tick(now_ms(), available_ram_mb()));
@@ -232,7 +252,8 @@ class Worker {
     for (;;) {
       changed_ |= actions.state_changed;
       outbox_grew_ |= actions.outbox_grew;
-      for (const SignalChild& s : actions.signals) children_.signal_group(s.ref, s.signal);
+      for (const SignalChild& s : actions.signals)
+        for (Children& children : children_) children.signal_group(s.ref, s.signal);
       if (!actions.replaced_by.empty()) stop_as_replaced(actions.replaced_by);
       to_start.insert(to_start.end(), actions.start.begin(), actions.start.end());
       if (to_start.empty()) return;
@@ -256,14 +277,14 @@ class Worker {
   Actions start(const Assignment& a) {
     try {
       if (const RunEntry* run = in_worker_run(a)) return run_here(a, *run);
-      children_.start({.ref = a.ref,
-                       .spec_path = a.spec_path,
-                       .spec_hash = a.spec_hash,
-                       .kind = a.kind,
-                       .spec = a.spec,
-                       .log_path = a.log_path,
-                       .scratch_dir = state_.scratch_of(a.ref).string(),
-                       .cores = a.cores});
+      children_for(a).start({.ref = a.ref,
+                             .spec_path = a.spec_path,
+                             .spec_hash = a.spec_hash,
+                             .kind = a.kind,
+                             .spec = a.spec,
+                             .log_path = a.log_path,
+                             .scratch_dir = state_.scratch_of(a.ref).string(),
+                             .cores = a.cores});
       attempts_.emplace(a.ref, Attempt{a.spec_path, LogLimit(a.log_path)});
       if (!a.spec_path.empty()) stores_.learn(fs::path(a.spec_path).parent_path());
       return {};
@@ -339,8 +360,8 @@ class Worker {
     outbox_grew_ = false;
   }
 
-  Signals signals_;    // first: threads made later inherit the blocked signals
-  Children children_;  // before threads are made
+  Signals signals_;                // first: threads made later inherit the blocked signals
+  std::deque<Children> children_;  // before threads are made
   const WorkerProgram& program_;
   WorkerState state_;
   Agent agent_;
