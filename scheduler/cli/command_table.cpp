@@ -68,6 +68,7 @@ const std::vector<CliCommand>& all_commands() {
       {"restore", "bring a backup or a snapshot back", restore_command},
       {"archive", "pack a finished shot into one file, or unpack it", archive_command},
       {"doctor", "say what is wrong with this machine, farm or network", doctor_command},
+      {"bench", "measure what a farm of this machine costs per job", bench_command},
   };
   return commands;
 }

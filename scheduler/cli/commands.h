@@ -24,5 +24,6 @@ int pause_command(const Arguments& arguments);
 int resume_command(const Arguments& arguments);
 int cancel_command(const Arguments& arguments);
 int retry_command(const Arguments& arguments);
+int bench_command(const Arguments& arguments);
 
 }  // namespace vantage

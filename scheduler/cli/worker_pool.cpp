@@ -75,6 +75,12 @@ void WorkerPool::start(std::size_t index) {
   workers_[index].started_ms = clock_.monotonic_ms();
 }
 
+std::vector<pid_t> WorkerPool::pids() const {
+  std::vector<pid_t> pids;
+  for (const Worker& worker : workers_) pids.push_back(worker.pid);
+  return pids;
+}
+
 std::vector<std::string> WorkerPool::mend() {
   std::vector<std::string> sentences;
   for (std::size_t i = 0; i < workers_.size(); ++i) {

@@ -30,6 +30,7 @@ class WorkerPool {
 
   /// Starts again what has died; returns a sentence for each. Throws Error(Resource) when workers keep dying at once.
   std::vector<std::string> mend();
+  std::vector<pid_t> pids() const;
   /// Asks all to stop, waits, then kills what is left.
   void stop(int patience_ms);
 
