@@ -93,9 +93,8 @@ class Worker {
   }
 
   Children& children_for(const Assignment& a) {
-    const bool is_light = std::any_of(program_.runs.begin(), program_.runs.end(), [&](const RunEntry& entry) {
-      return entry.spec.publishes.empty() && a.kind == kind_and_version(entry.spec);
-    });
+    const auto& light = program_.light_kinds;
+    const bool is_light = std::find(light.begin(), light.end(), a.kind) != light.end();
     return is_light ? children_.back() : children_.front();
   }
 
