@@ -86,7 +86,8 @@ TEST_F(ShotThatRan, HasNoGarbageButTheResultsOfAnEditThatWasTakenBack) {
   const Ended removed = vantage("gc " + shot().string() + " --keep-days 0 --delete --json");
   ASSERT_EQ(removed.exit_code, 0) << removed.output;
   int num_artifacts = 0;
-  for (const Json& item : Json::parse(removed.output).at("items")) num_artifacts += item.at("what") == "artifact";
+  list = Json::parse(removed.output);
+  for (const Json& item : list.at("items")) num_artifacts += item.at("what") == "artifact";
   EXPECT_EQ(num_artifacts, 1);
   EXPECT_EQ(verify().exit_code, 0) << "what the present plan needs is all there";
 }
