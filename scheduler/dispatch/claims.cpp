@@ -20,6 +20,16 @@ constexpr double kMaxAheadPerSlot = 256;
 constexpr int kMinFreeDiskMb = 100;
 /// What no event tells, such as the clock, is looked at this often.
 constexpr std::int64_t kClaimMs = 100;
+/// Before a folder that could not be written is tried again.
+constexpr std::int64_t kTroubleMs = 1'000;
+
+void make_folder_of(const std::filesystem::path& file) {
+  std::error_code error;
+  std::filesystem::create_directories(file.parent_path(), error);
+  if (error)
+    throw Error(ErrorKind::Resource,
+                fmt::format("{}: cannot be made: {}", file.parent_path().string(), error.message()));
+}
 
 }  // namespace
 
@@ -42,7 +52,16 @@ void Dispatcher::on_tick(std::int64_t now_ms) {
   may_claim_ = false;
   num_woken_seen_ = store_.num_woken();
   next_claim_ms_ = now_ms + kClaimMs;
-  claim_for_all(now_ms);
+  try {
+    trouble_.clear();
+    claim_for_all(now_ms);
+  } catch (const DatabaseError&) {
+    throw;
+  } catch (const Error& e) {  // the shot's folder cannot be written: nothing of this claim was, the rest goes on
+    if (e.kind() == ErrorKind::Bug) throw;
+    trouble_ = e.what();
+    next_claim_ms_ = now_ms + kTroubleMs;
+  }
 }
 
 void Dispatcher::expire_leases(std::int64_t now_ms) {
@@ -156,27 +175,30 @@ bool Dispatcher::hand_out(LiveWorker& worker, const JobRow& job, std::int64_t no
                 .string();
   AttemptRef ref{.job_id = job.id.value, .number = job.num_attempts + 1};
   ref.token = static_cast<std::int64_t>(options_.random() >> 1U);
-  Held held;
   try {
     if (!planner_.key_holds(job)) {  // footage was replaced since the job became ready
       planner_.recheck(job);
       return false;
     }
-    held = held_of(job, ref, log_path, now_ms);
+  } catch (const DatabaseError&) {
+    throw;
   } catch (const Error& e) {
     if (e.kind() == ErrorKind::Bug) throw;
     planner_.recheck(job);
     return false;
   }
-  if (!in_worker) std::filesystem::create_directories(std::filesystem::path(log_path).parent_path());
+  Held held = held_of(job, ref, log_path, Spec::Write, now_ms);
+  if (!in_worker) make_folder_of(log_path);
   store_.begin_attempt(job, ref, worker.report.worker_id, log_path);
   worker.held.insert_or_assign(ref, std::move(held));
   worker.changed = true;
+  ++num_claimed_;
   planner_.touch(job.shot);
   return true;
 }
 
-Held Dispatcher::held_of(const JobRow& job, const AttemptRef& ref, const std::string& log_path, std::int64_t now_ms) {
+Held Dispatcher::held_of(const JobRow& job, const AttemptRef& ref, const std::string& log_path, Spec spec,
+                         std::int64_t now_ms) {
   Held held;
   held.assignment = {.ref = ref,
                      .spec_path = {},
@@ -186,7 +208,7 @@ Held Dispatcher::held_of(const JobRow& job, const AttemptRef& ref, const std::st
                      .ram_mb = job.ram_mb,
                      .timeout_s = job.timeout_s,
                      .kind = fmt::format("{}/{}", job.kind, job.version)};
-  write_spec(job, held.assignment);
+  give_spec(job, spec, held.assignment);
   held.shot = job.shot;
   held.kind = job.kind;
   held.key = job.key;
@@ -197,14 +219,16 @@ Held Dispatcher::held_of(const JobRow& job, const AttemptRef& ref, const std::st
 }
 
 /// What runs inside the worker needs no more than fits into the orders.
-void Dispatcher::write_spec(const JobRow& job, Assignment& assignment) {
+void Dispatcher::give_spec(const JobRow& job, Spec spec, Assignment& assignment) {
   if (planner_.runs_in_worker(job.kind)) {
     assignment.spec = fmt::format(R"({{"params":{},"unit":{}}})", job.params, job.unit);
     return;
   }
   const auto path = planner_.private_folder(job.shot) / "specs" / (job.name + ".json");
   assignment.spec_path = path.string();
-  assignment.spec_hash = write_spec_file(path, planner_.job_file(job));
+  const std::string text = spec_text(planner_.job_file(job));
+  assignment.spec_hash = hash_bytes(text);
+  if (spec == Spec::Write) write_spec_file(path, text);
 }
 
 }  // namespace vantage

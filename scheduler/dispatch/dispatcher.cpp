@@ -36,6 +36,9 @@ Dispatcher::Dispatcher(Store& store, Planner& planner, Options options)
 double Dispatcher::jitter() { return static_cast<double>(options_.random() >> 11U) * 0x1p-53; }
 
 void Dispatcher::recover(std::int64_t now_ms) {
+  workers_.clear();
+  to_greet_.clear();
+  may_claim_ = true;
   const std::string last = store_.meta("epoch");
   epoch_ = (last.empty() ? 0 : std::stoll(last)) + 1;
   store_.set_meta("epoch", std::to_string(epoch_));
@@ -61,10 +64,12 @@ void Dispatcher::expect_back(const AttemptRow& attempt, std::int64_t now_ms) {
   store_.move(job.id, JobState::Reconnect, job.reason);
   LiveWorker& worker = workers_[attempt.worker_id];
   try {
-    Held held = held_of(job, attempt.ref, attempt.log_path, now_ms);
+    Held held = held_of(job, attempt.ref, attempt.log_path, Spec::IsThere, now_ms);
     held.started = attempt.state == "running";
     held.reconnects = true;
     worker.held.insert_or_assign(attempt.ref, std::move(held));
+  } catch (const DatabaseError&) {
+    throw;
   } catch (const Error& e) {  // its footage is gone: the next claim says so
     lose(worker, attempt.ref, e.what());
   }
@@ -167,7 +172,7 @@ void Dispatcher::readopt_or_cancel(LiveWorker& worker, const RunningAttempt& run
   }
   store_.reopen_attempt(running.ref);
   store_.move(job->id, JobState::Leased, job->reason);
-  worker.held.insert_or_assign(running.ref, held_of(*job, running.ref, attempt->log_path, now_ms));
+  worker.held.insert_or_assign(running.ref, held_of(*job, running.ref, attempt->log_path, Spec::IsThere, now_ms));
   worker.changed = true;
   on_running(worker, running, now_ms);
 }

@@ -27,8 +27,8 @@ class Dispatcher {
   };
   Dispatcher(Store& store, Planner& planner, Options options);
 
-  /// After every start, within a transaction: a new epoch; what was out with workers waits for their reports for the
-  /// time of a lease, while ready work goes on.
+  /// After every start, and after a transaction that was rolled back, within a new one: forgets all, begins a new
+  /// epoch; what was out with workers waits for their reports for the time of a lease, while ready work goes on.
   void recover(std::int64_t now_ms);
 
   /// A report that was made before the worker heard of this epoch (it may be an old one, played again) is only answered
@@ -40,6 +40,10 @@ class Dispatcher {
   void on_tick(std::int64_t now_ms);
   /// Throws Error(BadInput) for a target that is not there; the caller must then undo what was written.
   CommandResult on_command(const Command& command);
+
+  /// Why nothing is handed out although there is work, in one line; empty when all is well.
+  const std::string& trouble() const { return trouble_; }
+  std::int64_t num_claimed() const { return num_claimed_; }
 
   /// After the commit: sends what changed, and repeats what was not confirmed. http_address goes out with the hello.
   void flush(Bus& bus, const std::string& http_address, std::int64_t now_ms);
@@ -54,8 +58,9 @@ class Dispatcher {
     std::vector<AttemptRef> running, done;  ///< sorted
   };
   void expect_back(const AttemptRow& attempt, std::int64_t now_ms);
-  Held held_of(const JobRow& job, const AttemptRef& ref, const std::string& log_path, std::int64_t now_ms);
-  void write_spec(const JobRow& job, Assignment& assignment);
+  enum class Spec { Write, IsThere };
+  Held held_of(const JobRow& job, const AttemptRef& ref, const std::string& log_path, Spec spec, std::int64_t now_ms);
+  void give_spec(const JobRow& job, Spec spec, Assignment& assignment);
   void greet(const WorkerReport& report);
   void note_worker(LiveWorker& worker, const WorkerReport& report, std::int64_t now_ms);
   void on_running(LiveWorker& worker, const RunningAttempt& running, std::int64_t now_ms);
@@ -127,6 +132,8 @@ class Dispatcher {
   std::int64_t minute_seen_ = -1;  ///< of the wall clock, by which hours were looked at last
   // Claims are looked for when something may have changed, and now and then.
   bool may_claim_ = true;
+  std::string trouble_;
+  std::int64_t num_claimed_ = 0;
   std::int64_t num_woken_seen_ = -1, next_claim_ms_ = 0;
   std::unordered_map<std::string, double> mean_wall_ms_;  ///< by kind, of attempts since the start
 };

@@ -1,26 +1,30 @@
 #include "scheduler/dispatch/spec_file.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
-#include <fstream>
+#include <cerrno>
+#include <cstring>
 
 #include "schema/base/error.h"
-#include "schema/base/hash.h"
 
 namespace vantage {
 
-std::string write_spec_file(const std::filesystem::path& path, const JobFile& job) {
-  const std::string text = to_json(job).dump(1) + "\n";
-  std::filesystem::create_directories(path.parent_path());
-  const std::filesystem::path temporary = path.string() + ".tmp";
-  {
-    std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
-    out << text;
-    out.close();
-    if (!out) throw Error(ErrorKind::Resource, fmt::format("{}: cannot be written: is the disk full?", path.string()));
+std::string spec_text(const JobFile& job) { return to_json(job).dump(1) + "\n"; }
+
+void write_spec_file(const std::filesystem::path& path, const std::string& text) {
+  const auto open_it = [&] { return open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666); };
+  int fd = open_it();
+  if (fd < 0 && errno == ENOENT) {
+    std::error_code ignored;  // open says it better
+    std::filesystem::create_directories(path.parent_path(), ignored);
+    fd = open_it();
   }
-  std::filesystem::rename(temporary, path);
-  return hash_bytes(text);
+  const bool written = fd >= 0 && write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  const int why = errno;
+  if ((fd < 0 || close(fd) == 0) && written) return;
+  throw Error(ErrorKind::Resource, fmt::format("{}: cannot be written: {}", path.string(), std::strerror(why)));
 }
 
 }  // namespace vantage

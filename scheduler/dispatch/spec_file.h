@@ -6,8 +6,11 @@
 
 namespace vantage {
 
-/// Writes a job file and returns its hash: hash_file() of it, by which a worker knows that it reads the one that was
-/// meant. Readers see the old or the new file whole; after a power cut it may be missing and is written again.
-std::string write_spec_file(const std::filesystem::path& path, const JobFile& job);
+/// What a worker reads to run a job. It knows the right one by hash_bytes() of it.
+std::string spec_text(const JobFile& job);
+
+/// Written before the orders that name it go out, and checked by its hash: so neither moved into place nor synced; what
+/// a power cut leaves is written again. Throws Error(Resource) when it cannot be written.
+void write_spec_file(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace vantage

@@ -6,13 +6,16 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <condition_variable>
 #include <cstring>
+#include <ctime>
 #include <deque>
 #include <mutex>
 #include <thread>
 
 #include "scheduler/dispatch/dispatcher.h"
+#include "scheduler/farm/damage_check.h"
 #include "scheduler/farm/file_system.h"
 #include "scheduler/farm/lock_file.h"
 #include "scheduler/farm/progress_query.h"
@@ -34,7 +37,13 @@ constexpr int kTickMs = 20;
 constexpr std::int64_t kProgressMs = 100;
 /// One transaction holds at most this many operations, or this much time: an fsync costs about as much as both.
 constexpr int kMaxOperationsPerCommit = 64;
-constexpr std::int64_t kMaxCommitMs = 5;
+constexpr std::int64_t kMaxCommitMs = 20;
+/// Reports of a thousand workers come one by one: a few of them share a turn.
+constexpr std::int64_t kMinTurnMs = 2;
+/// A pause that leases are given back; shorter than any lease by far.
+constexpr std::int64_t kStallMs = 1'000;
+/// Between tries of a database that cannot be written.
+constexpr std::int64_t kFirstRetryMs = 250, kMaxRetryMs = 5'000;
 
 class LcmBus final : public Bus {
  public:
@@ -110,6 +119,8 @@ class FarmScheduler::Impl {
                                           .role = LcmEndpoint::Role::Scheduler,
                                           .sender = std::string(kSchedulerSender),
                                           .incarnation = dispatcher_.epoch()});
+    hasher_.emplace([this] { wake_up_.ring(); });
+    planner_.read_footage_with(*hasher_);
     thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
   }
   ~Impl() {
@@ -121,6 +132,14 @@ class FarmScheduler::Impl {
   const fs::path& state_dir() const { return state_dir_; }
   const std::string& farm_id() const { return identity_.id; }
   DropCounts dropped_messages() const { return endpoint_->drops(); }
+  FarmHealth health() const {
+    const std::lock_guard lock(mutex_);
+    return health_;
+  }
+  FarmStats stats() const {
+    const std::lock_guard lock(mutex_);
+    return stats_;
+  }
   void set_http_address(const std::string& address) {
     const std::lock_guard lock(mutex_);
     http_address_ = address;
@@ -203,9 +222,16 @@ class FarmScheduler::Impl {
   void run(const std::stop_token& stop) {
     try {
       LcmBus bus(*endpoint_);
-      while (!stop.stop_requested()) {
+      damage_check_.emplace(state_dir_);
+      for (looked_ms_ = clock_.monotonic_ms(); !stop.stop_requested();) {
         wait_for_work();
-        turn(bus);
+        give_back_stall();
+        if (retry_ms_ != 0 && !try_database_again()) continue;
+        try {
+          turn(bus);
+        } catch (const DatabaseError& e) {
+          give_up_turn(e);
+        }
       }
     } catch (const std::exception& e) {  // the thread's boundary: tells everybody who waits for it
       spdlog::error("scheduler: stopped: {}", e.what());
@@ -221,9 +247,82 @@ class FarmScheduler::Impl {
     if (!reports_.empty()) return;
     pollfd fds[] = {{endpoint_->wake_fd(), POLLIN, 0}, {wake_up_.fd(), POLLIN, 0}};
     poll(fds, 2, kTickMs);
+    const std::int64_t early_ms = woken_ms_ + kMinTurnMs - clock_.monotonic_ms();
+    if (early_ms > 0) std::this_thread::sleep_for(std::chrono::milliseconds(early_ms));
+    woken_ms_ = clock_.monotonic_ms();
     wake_up_.clear();
     for (Message& message : endpoint_->take())
       if (auto* report = std::get_if<WorkerReport>(&message)) reports_.push_back(std::move(*report));
+  }
+
+  /// The process was stopped, or a transaction took long: nobody's lease ran meanwhile.
+  void give_back_stall() {
+    const std::int64_t now_ms = clock_.monotonic_ms(), stall_ms = now_ms - std::exchange(looked_ms_, now_ms);
+    if (stall_ms < kStallMs) return;
+    dispatcher_.on_stall(stall_ms);
+    ++counts_.num_stalls;
+  }
+
+  /// Nothing was sent of what could not be written. What the dispatcher and the planner know may be half of it, so they
+  /// begin anew, as after a restart, once the database can be written again.
+  void give_up_turn(const DatabaseError& e) {
+    store_.rollback();
+    for (const Order& order : std::exchange(applied_, {})) order.fail(std::make_exception_ptr(e));
+    retry_ms_ = clock_.monotonic_ms() + kFirstRetryMs;
+    retry_pause_ms_ = kFirstRetryMs;
+    spdlog::error("scheduler: the database cannot be written: {}; tried again until it can", e.what());
+    set_trouble(
+        fmt::format("the database cannot be written: {}. Nothing is lost: the farm goes on by itself", e.what()));
+  }
+
+  bool try_database_again() {
+    fail_waiting_orders();
+    reports_.clear();  // of an epoch that ends: they are sent again
+    const std::int64_t now_ms = clock_.monotonic_ms();
+    if (now_ms < retry_ms_) return false;
+    const auto turn = turn_lock_.turn();
+    try {
+      store_.begin();
+      dispatcher_.recover(now_ms);
+      store_.commit();
+    } catch (const DatabaseError&) {  // said once, shown while it lasts
+      store_.rollback();
+      retry_pause_ms_ = std::min(2 * retry_pause_ms_, kMaxRetryMs);
+      retry_ms_ = now_ms + retry_pause_ms_;
+      return false;
+    }
+    retry_ms_ = 0;
+    spdlog::info("scheduler: the database can be written again");
+    set_trouble("");
+    return true;
+  }
+
+  /// Whoever asks meanwhile is told at once.
+  void fail_waiting_orders() {
+    std::vector<Order> orders;
+    {
+      const std::lock_guard lock(mutex_);
+      orders = std::exchange(orders_, {});
+    }
+    for (const Order& order : orders) order.fail(std::make_exception_ptr(Error(ErrorKind::Resource, health().trouble)));
+  }
+
+  void set_trouble(const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    if (health_.trouble == text) return;
+    health_ = {.trouble = text, .since_wall_ms = text.empty() ? 0 : clock_.wall_ms()};
+  }
+
+  void count_turn() {
+    timespec cpu{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &cpu);
+    counts_.cpu_ms = std::int64_t{cpu.tv_sec} * 1'000 + cpu.tv_nsec / 1'000'000;
+    counts_.num_claimed = dispatcher_.num_claimed();
+    ++counts_.num_turns;
+    const std::string damage = damage_check_->verdict();
+    set_trouble(damage.empty() ? dispatcher_.trouble() : damage);
+    const std::lock_guard lock(mutex_);
+    stats_ = counts_;
   }
 
   /// One transaction; who cleans up a store waits for its end.
@@ -231,7 +330,9 @@ class FarmScheduler::Impl {
     const auto turn = turn_lock_.turn();
     store_.begin();
     apply_orders();
+    give_back_stall();
     apply_reports();
+    planner_.go_on_with_footage();
     planner_.expand_one();
     dispatcher_.on_tick(clock_.monotonic_ms());
     planner_.end_finished_shots();
@@ -239,6 +340,8 @@ class FarmScheduler::Impl {
   }
 
   /// Decides, then does what may only happen after the commit.
+
+  /// What was decided, then what may only happen after its commit.
   void turn(Bus& bus) {
     decide();
     dispatcher_.flush(bus, http_address(), clock_.monotonic_ms());
@@ -246,6 +349,8 @@ class FarmScheduler::Impl {
     publish(effects);
     show(effects);
     for (const Order& order : std::exchange(applied_, {})) order.succeed();
+    store_.keep_journal_short();
+    count_turn();
   }
 
   std::string http_address() const {
@@ -263,8 +368,10 @@ class FarmScheduler::Impl {
       try {
         store_.guarded(order.apply);
         applied_.push_back(std::move(order));
-      } catch (const Error& e) {
-        if (e.kind() == ErrorKind::Resource) throw;  // the database cannot be written: nothing goes on
+      } catch (const DatabaseError& e) {  // the whole turn is undone, this order with it
+        order.fail(std::make_exception_ptr(e));
+        throw;
+      } catch (const Error&) {
         order.fail(std::current_exception());
       }
     }
@@ -275,6 +382,7 @@ class FarmScheduler::Impl {
     for (int num = 0; !reports_.empty() && num < kMaxOperationsPerCommit && clock_.monotonic_ms() <= until_ms; ++num) {
       dispatcher_.on_report(reports_.front(), clock_.monotonic_ms());
       reports_.pop_front();
+      ++counts_.num_reports;
     }
   }
 
@@ -290,7 +398,6 @@ class FarmScheduler::Impl {
       }
     } catch (const fs::filesystem_error& e) {  // results are safe in the store; only the links are missing
       spdlog::error("links: {}", e.what());
-      store_.add_event(std::nullopt, std::nullopt, "", "warning", fmt::format("links: {}", e.what()));
     }
   }
 
@@ -333,11 +440,16 @@ class FarmScheduler::Impl {
   std::optional<Broker> broker_;
   std::optional<LcmEndpoint> endpoint_;
   WakeUp wake_up_;
+  std::optional<SourceHasher> hasher_;
   // The scheduler's thread alone:
   std::deque<WorkerReport> reports_;
   std::vector<Order> applied_;  ///< wait for their commit
   std::set<ShotId> to_show_, ended_soon_;
   std::int64_t shown_ms_ = 0;
+  std::int64_t looked_ms_ = 0, woken_ms_ = 0;       ///< monotonic
+  std::int64_t retry_ms_ = 0, retry_pause_ms_ = 0;  ///< 0: the database can be written
+  FarmStats counts_;
+  std::optional<DamageCheck> damage_check_;
   // Everybody, under the mutex:
   mutable std::mutex mutex_;
   std::condition_variable changed_;
@@ -346,6 +458,8 @@ class FarmScheduler::Impl {
   std::map<ShotId, ShotProgress> progress_;
   std::vector<std::function<void(const ShotProgress&)>> listeners_;
   std::exception_ptr failure_;
+  FarmHealth health_;
+  FarmStats stats_;
   std::jthread thread_;  // last: stops before all else goes
 };
 
@@ -354,6 +468,8 @@ FarmScheduler::~FarmScheduler() = default;
 const std::string& FarmScheduler::bus_url() const { return impl_->options().bus_url; }
 fs::path FarmScheduler::key_file() const { return impl_->state_dir() / "farm.key"; }
 fs::path FarmScheduler::state_dir() const { return impl_->state_dir(); }
+FarmHealth FarmScheduler::health() const { return impl_->health(); }
+FarmStats FarmScheduler::stats() const { return impl_->stats(); }
 DropCounts FarmScheduler::dropped_messages() const { return impl_->dropped_messages(); }
 std::string FarmScheduler::farm_id() const { return impl_->farm_id(); }
 void FarmScheduler::set_http_address(const std::string& address) { impl_->set_http_address(address); }

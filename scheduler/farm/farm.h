@@ -29,6 +29,19 @@ struct SubmitResult {
   int num_up_to_date = 0;  ///< of those, already done
 };
 
+/// What keeps the farm from working, and how busy it is.
+struct FarmHealth {
+  std::string trouble;             ///< one line for people; empty: all is well
+  std::int64_t since_wall_ms = 0;  ///< of the trouble
+};
+struct FarmStats {
+  std::int64_t num_turns = 0;    ///< of the scheduler's thread: one transaction each
+  std::int64_t num_reports = 0;  ///< taken from workers
+  std::int64_t num_claimed = 0;  ///< attempts handed out
+  std::int64_t num_stalls = 0;   ///< times that it stood still for a second or longer
+  std::int64_t cpu_ms = 0;       ///< of the thread
+};
+
 /// Safe to kill at any moment: the next FarmScheduler on the same folder goes on where this one stopped.
 /// All members may be called from any thread.
 class FarmScheduler {
@@ -58,6 +71,9 @@ class FarmScheduler {
   void set_http_address(const std::string& address);
   /// Messages that came to the scheduler and were not believed, by reason, since its start.
   DropCounts dropped_messages() const;
+
+  FarmHealth health() const;
+  FarmStats stats() const;
 
   /// The future throws Error(BadInput) for a shot that cannot be planned: one clear line.
   std::future<SubmitResult> submit(SubmitRequest request);

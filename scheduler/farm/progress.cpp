@@ -8,9 +8,8 @@ namespace {
 
 ShotProgress::Kind read_kind(Sqlite& db, const ShotProgress& shot, const std::string& kind) {
   ShotProgress::Kind out{.kind = kind, .num_by_state = {}};
-  for (Query q =
-           db.query("SELECT state, num, wall_ms FROM job_count WHERE shot_id = ? AND kind = ? AND num > 0",
-                    shot.shot.value, kind);
+  for (Query q = db.query("SELECT state, num, wall_ms FROM job_count WHERE shot_id = ? AND kind = ? AND num > 0",
+                          shot.shot.value, kind);
        q.step();) {
     const int num = static_cast<int>(q.integer(1));
     out.num_by_state[q.text(0)] = num;

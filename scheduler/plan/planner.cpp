@@ -53,6 +53,14 @@ Planner::Submitted Planner::submit(const fs::path& folder, const std::string& un
 }
 
 void Planner::resume() {
+  plans_.clear();
+  wait_for_footage_.clear();
+  to_expand_.clear();
+  to_end_.clear();
+  open_.clear();
+  closing_ = false;
+  effects_ = {};
+  revoked_.clear();
   for (const std::string state : {"running", "paused"})
     for (const ShotRow& row : store_.shots_in_state(state)) to_expand_.insert(row.id);
 }
@@ -104,6 +112,8 @@ bool Planner::expand_one() {
   to_expand_.erase(to_expand_.begin());
   try {
     store_.guarded([&] { expand(shot, /*strict=*/false); });
+  } catch (const DatabaseError&) {
+    throw;
   } catch (const Error& e) {  // the shot cannot be planned further; what is planned goes on
     store_.set_shot_state(shot, store_.shot(shot)->state, e.what());
     effects_.changed.insert(shot);

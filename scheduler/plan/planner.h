@@ -11,6 +11,7 @@
 
 #include "jobs/all_jobs.h"
 #include "scheduler/plan/shot_plan.h"
+#include "scheduler/plan/source_hasher.h"
 #include "scheduler/store/store.h"
 #include "schema/formats/job_file.h"
 
@@ -20,6 +21,11 @@ class Planner {
  public:
   Planner(Store& store, const std::vector<KindEntry>& kinds) : store_(store), kinds_(kinds) {}
 
+  /// Large footage is read by it from now on, and its jobs wait meanwhile; without one it is read at once.
+  void read_footage_with(SourceHasher& hasher) { hasher_ = &hasher; }
+  /// Jobs whose footage has been read go on. Call in every turn.
+  void go_on_with_footage();
+
   struct Submitted {
     ShotRow shot;
     int num_jobs = 0, num_up_to_date = 0;
@@ -27,7 +33,8 @@ class Planner {
   /// Starts the next generation of a shot. Jobs whose row and inputs did not change stay done.
   /// Throws Error(BadInput) for a shot that cannot be planned; the caller must then undo what was written.
   Submitted submit(const std::filesystem::path& folder, const std::string& until_kind, int priority);
-  /// After a restart: shots that were under way are planned again from their files as they are now.
+  /// After a start or a rollback: nothing is remembered, and shots that were under way are planned again from their
+  /// files as they are now.
   void resume();
 
   /// The job has just become good or bad: what needs it is settled or aborted, and the plan may grow.
@@ -118,6 +125,8 @@ class Planner {
   void drop_unwanted(const ShotRow& shot, const ShotPlan& wanted, const Rows& rows);
   std::optional<std::filesystem::path> artifact_of(ShotId shot, const std::string& job);
 
+  std::string source_hash(const std::filesystem::path& path);
+  void wait_for_footage(const JobRow& job, const std::filesystem::path& path);
   void settle(const JobRow& job);
   std::optional<std::string> content_of(const JobRow& job, const std::string& key);
   void make_ready(const JobRow& job, const std::string& key, const Json& identity);
@@ -131,6 +140,8 @@ class Planner {
   void moved(JobId job, ShotId shot, JobState to);
 
   Store& store_;
+  SourceHasher* hasher_ = nullptr;
+  std::map<std::filesystem::path, std::set<JobId>> wait_for_footage_;
   const std::vector<KindEntry>& kinds_;
   std::map<ShotId, Plan> plans_;
   std::set<ShotId> to_expand_, to_end_;

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "jobs/probe/selftest_job.h"
+#include "scheduler/plan/footage_unread.h"
 #include "scheduler/plan/identity.h"
 #include "scheduler/plan/planner.h"
 #include "schema/base/error.h"
@@ -61,7 +62,7 @@ JobFile Planner::job_file(const JobRow& job) {
   }
   for (const Json& source : Json::parse(job.sources)) {
     const fs::path path = source.at("path").get<std::string>();
-    file.sources[source.at("name")] = {path, store_.source_hash(path)};
+    file.sources[source.at("name")] = {path, source_hash(path)};
   }
   return file;
 }
@@ -81,6 +82,11 @@ void Planner::settle(const JobRow& job) {
   JobFile file;
   try {
     file = job_file(job);
+  } catch (const DatabaseError&) {
+    throw;
+  } catch (const FootageUnread& e) {
+    wait_for_footage(job, e.path());
+    return;
   } catch (const Error& e) {
     if (e.kind() == ErrorKind::Bug) throw;
     revoke(job.id);

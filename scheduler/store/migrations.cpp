@@ -8,6 +8,10 @@
 namespace vantage {
 namespace {
 
+/// A check reads the whole file: what takes longer than a second is checked while the farm works (Damage check of the
+/// scheduler), so that a farm of a million jobs is back at once.
+constexpr std::uintmax_t kMaxBytesToCheck = 64U << 20U;
+
 int version_of(Sqlite& db) { return static_cast<int>(db.integer_or(0, "PRAGMA user_version")); }
 
 void check_health(Sqlite& db) {
@@ -28,7 +32,7 @@ void migrate(Sqlite& db, const std::vector<Migration>& migrations) {
     throw Error(ErrorKind::BadInput,
                 fmt::format("{}: is of version {}, made by a newer vantage; this one knows versions up to {}",
                             db.file().string(), found, newest));
-  check_health(db);
+  if (std::filesystem::file_size(db.file()) <= kMaxBytesToCheck) check_health(db);
   if (found > 0 && found < newest) snapshot(db, newest);
   for (const Migration& step : migrations) {
     if (step.version <= found) continue;

@@ -73,6 +73,12 @@ struct ReadyClass {
   JobId first;
 };
 
+/// Tells an unchanged file from a changed one without reading it.
+struct FileStamp {
+  std::int64_t size = 0, mtime_ns = 0, inode = 0;
+  bool operator==(const FileStamp&) const = default;
+};
+
 struct AttemptRow {
   AttemptRef ref;
   std::string worker_id, key;

@@ -11,10 +11,19 @@
 #include <unordered_map>
 #include <utility>
 
+#include "schema/base/error.h"
+
 struct sqlite3;
 struct sqlite3_stmt;
 
 namespace vantage {
+
+/// The file cannot be read or written now: disk full, I/O error, locked by another program, read-only. The transaction
+/// must be rolled back as a whole; it may succeed later.
+class DatabaseError : public Error {
+ public:
+  using Error::Error;
+};
 
 /// A prepared statement with its values bound. Resets itself when it goes out of scope.
 ///
@@ -108,6 +117,11 @@ class Sqlite {
   bool copy_to(const std::filesystem::path& to, const std::function<bool()>& go_on = nullptr);
   /// What a quick check of all pages finds; empty when the database is sound.
   std::string why_damaged();
+  /// Moves what was committed from the journal into the database and cuts the journal off, unless readers are in the
+  /// way just now. Not within a transaction; only the one that writes.
+  void checkpoint();
+  /// Of the journal, on disk.
+  std::uintmax_t journal_bytes() const;
   const std::filesystem::path& file() const { return file_; }
 
  private:

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
+#include <algorithm>
+
 #include "scheduler/store/migrations.h"
 #include "scheduler/store/snapshot_files.h"
 #include "schema/base/error.h"
@@ -10,6 +12,9 @@
 
 namespace vantage {
 namespace {
+
+constexpr std::uintmax_t kMaxJournalBytes = 64U << 20U;
+constexpr std::int64_t kCheckpointMs = 15 * 60'000;
 
 constexpr std::string_view kShotColumns = "id, folder, name, priority, state, until_kind, generation, error";
 
@@ -51,6 +56,15 @@ void Store::rollback() {
   db_.roll_back();
 }
 
+void Store::keep_journal_short() {
+  const std::int64_t now_ms = clock_.monotonic_ms();
+  if (db_.journal_bytes() < std::max(journal_mark_bytes_, kMaxJournalBytes) && now_ms - checkpoint_ms_ < kCheckpointMs)
+    return;
+  db_.checkpoint();
+  checkpoint_ms_ = now_ms;
+  journal_mark_bytes_ = db_.journal_bytes() + kMaxJournalBytes / 4;  // a long reader: do not try after every commit
+}
+
 /// They may hold what was just undone.
 void Store::forget_caches() {
   shots_.clear();
@@ -63,6 +77,8 @@ void Store::guarded(const std::function<void()>& fn) {
   const Tally before = tally_;
   try {
     fn();
+  } catch (const DatabaseError&) {  // SQLite may have ended the transaction: all of it is to be rolled back
+    throw;
   } catch (...) {
     tally_ = before;
     forget_caches();
@@ -152,20 +168,23 @@ std::optional<std::string> Store::worker_state(const std::string& id) {
   return q.step() ? std::optional(q.text(0)) : std::nullopt;
 }
 
-std::string Store::source_hash(const std::filesystem::path& path) {
+FileStamp Store::stamp_of(const std::filesystem::path& path) {
   struct stat info {};
   if (stat(path.c_str(), &info) != 0)
     throw Error(ErrorKind::BadInput, fmt::format("{}: there is no such file", path.string()));
-  const std::int64_t mtime_ns = std::int64_t{info.st_mtim.tv_sec} * 1'000'000'000 + info.st_mtim.tv_nsec;
-  const auto inode = static_cast<std::int64_t>(info.st_ino);
-  std::string hash =
-      db_.text_or("", "SELECT hash FROM source_hash WHERE path = ? AND size = ? AND mtime_ns = ? AND inode = ?",
-                  path.string(), info.st_size, mtime_ns, inode);
-  if (!hash.empty()) return hash;
-  hash = hash_file(path);
+  return {.size = info.st_size,
+          .mtime_ns = std::int64_t{info.st_mtim.tv_sec} * 1'000'000'000 + info.st_mtim.tv_nsec,
+          .inode = static_cast<std::int64_t>(info.st_ino)};
+}
+
+std::string Store::known_source_hash(const std::filesystem::path& path, const FileStamp& stamp) {
+  return db_.text_or("", "SELECT hash FROM source_hash WHERE path = ? AND size = ? AND mtime_ns = ? AND inode = ?",
+                     path.string(), stamp.size, stamp.mtime_ns, stamp.inode);
+}
+
+void Store::set_source_hash(const std::filesystem::path& path, const FileStamp& stamp, const std::string& hash) {
   db_.run("INSERT OR REPLACE INTO source_hash (path, size, mtime_ns, inode, hash) VALUES (?, ?, ?, ?, ?)",
-          path.string(), info.st_size, mtime_ns, inode, hash);
-  return hash;
+          path.string(), stamp.size, stamp.mtime_ns, stamp.inode, hash);
 }
 
 }  // namespace vantage

@@ -22,6 +22,8 @@ class Store {
   void begin();
   void commit();
   void rollback();
+  /// Between transactions: keeps the journal below some 64 MB, and cuts it off every 15 minutes.
+  void keep_journal_short();
   /// Undoes what fn wrote when it throws, and lets the exception through; the transaction goes on.
   void guarded(const std::function<void()>& fn);
 
@@ -117,9 +119,12 @@ class Store {
   void add_event(std::optional<ShotId> shot, std::optional<JobId> job, const std::string& worker,
                  const std::string& kind, const std::string& text);
 
-  /// Hash of a file's bytes; read only when size, time of change or inode differ from the last time.
   /// Throws Error(BadInput) when the file is not there.
-  std::string source_hash(const std::filesystem::path& path);
+  static FileStamp stamp_of(const std::filesystem::path& path);
+  /// Hash of a file's bytes, if it was read as it is now; else empty.
+  std::string known_source_hash(const std::filesystem::path& path, const FileStamp& stamp);
+  void set_source_hash(const std::filesystem::path& path, const FileStamp& stamp, const std::string& hash);
+  void set_reason(JobId id, const std::string& reason);
 
   /// Preferably one that runs.
   std::optional<ShotRow> newest_shot();
@@ -175,6 +180,8 @@ class Store {
   std::unordered_map<std::string, std::int64_t> class_ids_;  ///< as in the database
   std::optional<bool> has_suspects_;                         ///< as in the database
   std::int64_t num_woken_ = 0;
+  std::int64_t checkpoint_ms_ = 0;         ///< monotonic: the last one
+  std::uintmax_t journal_mark_bytes_ = 0;  ///< checkpoint when the journal is longer
 };
 
 /// While it lives, events are written as this person's doing.

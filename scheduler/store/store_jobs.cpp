@@ -197,6 +197,9 @@ void Store::set_retry(JobId id, int num_failures, int num_crashes, std::int64_t 
             num_failures, num_crashes, not_before_ms, class_of(*job(id), num_crashes > 0), id.value);
   });
 }
+void Store::set_reason(JobId id, const std::string& reason) {
+  db_.run("UPDATE job SET reason = ?1 WHERE id = ?2 AND reason <> ?1", reason, id.value);
+}
 void Store::set_error(JobId id, const std::string& error_kind, const std::string& error) {
   db_.run("UPDATE job SET error_kind = ?, error = ? WHERE id = ?", error_kind, error, id.value);
 }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "schema/base/error.h"
+#include "schema/base/hash_watched.h"
 
 namespace vantage {
 namespace {
@@ -19,14 +20,22 @@ std::string hex128(XXH128_hash_t h) { return fmt::format("{:016x}{:016x}", h.hig
 }  // namespace
 
 std::string hash_file(const std::filesystem::path& path) {
+  return hash_file_watched(path, [](std::uintmax_t) {});
+}
+
+std::string hash_file_watched(const std::filesystem::path& path,
+                              const std::function<void(std::uintmax_t num_bytes)>& on_read) {
   std::ifstream in(path, std::ios::binary);
   if (!in) throw Error(ErrorKind::Transient, fmt::format("{}: cannot read to hash it", path.string()));
   const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(), &XXH3_freeState);
   XXH3_128bits_reset(state.get());
   std::vector<char> buffer(1U << 20U);
+  std::uintmax_t num_bytes = 0;
   while (in) {
     in.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
     XXH3_128bits_update(state.get(), buffer.data(), static_cast<std::size_t>(in.gcount()));
+    num_bytes += static_cast<std::uintmax_t>(in.gcount());
+    on_read(num_bytes);
   }
   if (in.bad()) throw Error(ErrorKind::Transient, fmt::format("{}: read error while hashing", path.string()));
   return hex128(XXH3_128bits_digest(state.get()));

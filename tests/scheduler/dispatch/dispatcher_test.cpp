@@ -141,6 +141,43 @@ TEST_F(DispatcherTest, OurOwnStallCostsNobodyTheLease) {
   EXPECT_NE(farm.store->worker_state("w"), "active");
 }
 
+TEST_F(DispatcherTest, TurnThatCouldNotBeWrittenIsForgottenAndTheFarmGoesOn) {
+  const AttemptRef b = attempt_of(worker, "ingest/b");
+  worker.finish(attempt_of(worker, "ingest/a"));
+  farm.store->begin();
+  farm.dispatcher->on_report(worker.report(), farm.clock.now_ms);
+  farm.dispatcher->on_tick(farm.clock.now_ms);
+  farm.store->rollback();  // the disk was full
+  farm.store->begin();
+  farm.dispatcher->recover(farm.clock.now_ms);
+  farm.store->commit();
+  EXPECT_EQ(farm.state("ingest/a"), JobState::Reconnect);
+  farm.sync(worker);
+  EXPECT_EQ(farm.state("ingest/a"), JobState::Done);
+  EXPECT_TRUE(worker.held().contains(b)) << "what runs goes on";
+  farm.run_to_end(worker);
+  EXPECT_EQ(shot_state(), "done");
+  for (const auto& [job, num] : worker.num_runs) EXPECT_EQ(num, 1) << job;
+  EXPECT_EQ(farm.store->num_planned(farm.shot).good, farm.store->num_planned(farm.shot).all);
+}
+
+TEST_F(DispatcherTest, FolderThatCannotBeWrittenHoldsClaimsBackAndIsTriedAgain) {
+  worker.finish(attempt_of(worker, "ingest/a"));
+  worker.finish(attempt_of(worker, "ingest/b"));
+  const auto specs = farm.shot_folder() / ".vantage/specs";
+  std::filesystem::remove_all(specs);
+  write_file_atomically(specs, "a file where the folder should be");
+  farm.sync(worker);
+  EXPECT_EQ(farm.state("calibrate"), JobState::Ready);
+  EXPECT_EQ(farm.num_attempts("calibrate"), 0);
+  EXPECT_THAT(farm.dispatcher->trouble(), HasSubstr("calibrate.json: cannot be written"));
+  std::filesystem::remove(specs);
+  farm.clock.now_ms += 2'000;
+  farm.sync(worker);
+  EXPECT_EQ(farm.num_attempts("calibrate"), 1);
+  EXPECT_EQ(farm.dispatcher->trouble(), "");
+}
+
 TEST_F(DispatcherTest, VeryShortJobsAreHandedOutAsManyAsBridgeACommit) {
   farm.num_edges = 700;
   for (const std::string done : {"ingest", "calibrate", "navspace"}) {

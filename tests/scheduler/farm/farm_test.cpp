@@ -4,6 +4,10 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <chrono>
+#include <functional>
+#include <thread>
+
 #include "scheduler/farm/lock_file.h"
 #include "scheduler/farm/progress_query.h"
 #include "scheduler/store/sqlite.h"
@@ -99,6 +103,39 @@ TEST_F(FarmTest, SubmittedShotReachesAWorkerOverTheBus) {
 
   Sqlite reader = open_farm_to_read(farm.state_dir());
   EXPECT_EQ(read_progress(reader, submitted.shot, kind_names())->state, "done");
+}
+
+TEST_F(FarmTest, DatabaseThatAnotherProgramHoldsStopsNothingForGood) {
+  FarmScheduler farm(options());
+  const auto comes_true = [](const std::function<bool()>& what) {
+    for (int i = 0; i < 1'000; ++i) {
+      if (what()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    return false;
+  };
+  {
+    Sqlite other(farm.state_dir() / "farm.sqlite", Sqlite::Mode::ReadWrite);
+    ASSERT_TRUE(comes_true([&] {  // the farm holds it only for moments
+      try {
+        other.script("BEGIN IMMEDIATE");
+        return true;
+      } catch (const DatabaseError&) {
+        return false;
+      }
+    }));
+    ASSERT_TRUE(comes_true([&] { return !farm.health().trouble.empty(); }));
+    EXPECT_THAT(farm.health().trouble, HasSubstr("the database cannot be written"));
+    EXPECT_THAT(farm.health().trouble, HasSubstr("locked"));
+    EXPECT_GT(farm.health().since_wall_ms, 0);
+    EXPECT_THAT(error_of([&] { farm.command({.verb = Command::Verb::Pause, .shot = ShotId{7}}).get(); }),
+                HasSubstr("cannot be written"))
+        << "whoever asks is told at once";
+    other.script("ROLLBACK");
+  }
+  EXPECT_TRUE(comes_true([&] { return farm.health().trouble.empty(); }));
+  EXPECT_THAT(error_of([&] { farm.command({.verb = Command::Verb::Pause, .shot = ShotId{7}}).get(); }),
+              HasSubstr("no such shot"));
 }
 
 TEST_F(FarmTest, StoreThatCannotBeMadeIsSaidInOneLine) {

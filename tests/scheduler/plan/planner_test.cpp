@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <future>
+
 #include "schema/base/error.h"
 #include "tests/support/fake_farm.h"
 
@@ -211,6 +214,21 @@ TEST_F(PlannerTest, MissingFootageFailsItsJobWithOneLine) {
   EXPECT_EQ(farm.state("calibrate"), JobState::Aborted);
   farm.run_to_end(worker);
   EXPECT_EQ(shot_state(), "failed");
+}
+
+TEST_F(PlannerTest, LargeFootageIsReadAsideWhileItsJobWaitsAndSaysSo) {
+  write_file_atomically(farm.shot_folder() / "a.mp4", std::string(9 << 20, 'a'));
+  std::promise<void> read;
+  SourceHasher hasher([&] { read.set_value(); });
+  farm.planner->read_footage_with(hasher);
+  farm.submit();
+  EXPECT_EQ(farm.state("ingest/a"), JobState::Blocked);
+  EXPECT_THAT(farm.job("ingest/a").reason, HasSubstr("reading footage a.mp4"));
+  EXPECT_EQ(farm.state("ingest/b"), JobState::Ready) << "small footage does not wait";
+  ASSERT_EQ(read.get_future().wait_for(std::chrono::seconds(60)), std::future_status::ready);
+  farm.turn([&] { farm.planner->go_on_with_footage(); });
+  EXPECT_EQ(farm.state("ingest/a"), JobState::Ready);
+  EXPECT_THAT(farm.run_to_end(worker), SizeIs(8));
 }
 
 TEST_F(PlannerTest, NeedThatNobodyPlansAndCyclesAreOurMistakes) {

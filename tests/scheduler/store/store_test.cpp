@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
-
 #include "schema/base/error.h"
 #include "schema/base/files.h"
 #include "tests/support/temporary_folder.h"
@@ -156,16 +154,17 @@ TEST_F(StoreTest, AttemptNumbersAreNeverReusedAndTokensMustMatch) {
   EXPECT_FALSE(store.attempt({.job_id = job.value, .number = first.number, .token = 99}).has_value());
 }
 
-TEST_F(StoreTest, SourceHashFollowsTheContentNotTheTime) {
+TEST_F(StoreTest, SourceHashIsKnownForTheFileAsItWasOnly) {
   const auto file = folder.path() / "footage.mp4";
   write_file_atomically(file, "one");
-  const std::string one = store.source_hash(file);
-  std::filesystem::last_write_time(file, std::filesystem::file_time_type::clock::now() + std::chrono::hours(1));
-  EXPECT_EQ(store.source_hash(file), one);
-  write_file_atomically(file, "two");
-  EXPECT_NE(store.source_hash(file), one);
+  const FileStamp stamp = Store::stamp_of(file);
+  EXPECT_EQ(store.known_source_hash(file, stamp), "");
+  store.set_source_hash(file, stamp, "hash of one");
+  EXPECT_EQ(store.known_source_hash(file, stamp), "hash of one");
+  write_file_atomically(file, "other");
+  EXPECT_EQ(store.known_source_hash(file, Store::stamp_of(file)), "");
   std::filesystem::remove(file);
-  EXPECT_THROW(store.source_hash(file), Error);
+  EXPECT_THROW(Store::stamp_of(file), Error);
 }
 
 TEST_F(StoreTest, GuardedUndoesOnlyWhatFailed) {
