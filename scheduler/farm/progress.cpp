@@ -21,25 +21,29 @@ ShotProgress::Kind read_kind(Sqlite& db, const ShotProgress& shot, const std::st
 
 std::vector<ShotProgress::Running> read_running(Sqlite& db, ShotId shot) {
   std::vector<ShotProgress::Running> out;
-  for (Query q =
-           db.query("SELECT job.id, job.name, attempt.worker_id, job.phase, job.progress FROM attempt "
-                    "JOIN job ON job.id = attempt.job_id WHERE attempt.state <> 'ended' AND job.state = 'running' "
-                    "AND job.shot_id = ? ORDER BY attempt.id",
-                    shot.value);
+  for (Query q = db.query("SELECT job.id, job.name, attempt.worker_id, job.phase, job.progress "
+                          "FROM attempt INDEXED BY attempt_open CROSS JOIN job ON job.id = attempt.job_id WHERE "
+                          "attempt.state <> 'ended' AND job.state = 'running' "
+                          "AND job.shot_id = ? ORDER BY attempt.id",
+                          shot.value);
        q.step();)
     out.push_back(
         {.job = {q.integer(0)}, .name = q.text(1), .worker = q.text(2), .phase = q.text(3), .progress = q.real(4)});
   return out;
 }
 
+/// Of each kind that has any: the index of jobs leads to them only by kind and state.
 std::vector<ShotProgress::Failure> read_failures(Sqlite& db, const ShotProgress& shot) {
-  constexpr int kMaxNamed = 20;
+  constexpr std::size_t kMaxNamed = 20;
   std::vector<ShotProgress::Failure> out;
-  for (Query q = db.query("SELECT name, state, error_kind, error FROM job WHERE shot_id = ? AND generation = ? "
-                          "AND state IN ('failed', 'quarantined') ORDER BY finished_ms, id LIMIT ?",
-                          shot.shot.value, shot.generation, kMaxNamed);
-       q.step();)
-    out.push_back({.name = q.text(0), .state = q.text(1), .error_kind = q.text(2), .error = q.text(3)});
+  for (const ShotProgress::Kind& kind : shot.kinds) {
+    if (!kind.num_by_state.contains("failed") && !kind.num_by_state.contains("quarantined")) continue;
+    for (Query q = db.query("SELECT name, state, error_kind, error FROM job WHERE shot_id = ? AND generation = ? "
+                            "AND kind = ? AND state IN ('failed', 'quarantined') ORDER BY finished_ms, id LIMIT ?",
+                            shot.shot.value, shot.generation, kind.kind, kMaxNamed - out.size());
+         q.step();)
+      out.push_back({.name = q.text(0), .state = q.text(1), .error_kind = q.text(2), .error = q.text(3)});
+  }
   return out;
 }
 

@@ -67,7 +67,7 @@ std::optional<AttemptRow> Store::attempt(const AttemptRef& ref) {
 
 std::vector<AttemptRow> Store::open_attempts() {
   static const std::string sql =
-      fmt::format("SELECT {} FROM attempt WHERE state <> 'ended' ORDER BY id", kAttemptColumns);
+      fmt::format("SELECT {} FROM attempt INDEXED BY attempt_open WHERE state <> 'ended' ORDER BY id", kAttemptColumns);
   std::vector<AttemptRow> rows;
   for (Query q = db_.query(sql); q.step();) rows.push_back(attempt_from(q));
   return rows;

@@ -73,7 +73,7 @@ void Store::wake_waiting() {
   const std::int64_t now_ms = clock_.wall_ms();
   for (Query q =
            db_.query("SELECT id FROM job WHERE state = 'ready' AND not_before_ms > 0 AND not_before_ms <= ? UNION "
-                     "ALL SELECT id FROM job WHERE state = 'ready' AND not_before_ms > ?",
+                     "ALL SELECT id FROM job WHERE state = 'ready' AND not_before_ms > 0 AND not_before_ms > ?",
                      now_ms, now_ms + kMaxWaitMs);
        q.step();)
     due.push_back({q.integer(0)});

@@ -127,6 +127,7 @@ int run(int num_jobs, int num_shots, const std::filesystem::path& folder) {
       store.begin();
       store.guarded([&] { planner.submit(shot, "", 0); });
       store.commit();
+      store.keep_journal_short();
     }
     const auto [submit_wall, submit_cpu] = lap.take();
     out["submit_s"] = submit_wall;
@@ -150,6 +151,7 @@ int run(int num_jobs, int num_shots, const std::filesystem::path& folder) {
     store.commit();
     dispatcher.flush(worker, "", clock.monotonic_ms());
     planner.take_effects();
+    store.keep_journal_short();
     if (first && worker.num_done > 0) {
       first = false;
       restart_s = lap.take().first;
