@@ -146,7 +146,7 @@ Recomputed recompute(Sqlite& db, const PlannedArtifact& artifact, const fs::path
     const TemporaryStore temporary(shot_folder);
     job.store = temporary.path() / "store";
     const fs::path spec = temporary.path() / "spec.json", log = temporary.path() / "log";
-    write_spec_file(spec, job);
+    write_spec_file(spec, spec_text(job));
     const int code = run_program({worker_program.string(), "exec", spec.string()},
                                  {.stdout_file = temporary.path() / "stdout", .stderr_file = log});
     const auto manifest = read_valid_manifest(artifact_folder(job.store, job.kind, job.key), /*check_hashes=*/true);
