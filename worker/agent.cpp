@@ -182,7 +182,9 @@ Actions Agent::on_progress(const RunningAttempt& seen, std::int64_t cpu_ticks, s
   actions.state_changed = known.phase != seen.phase || known.progress != seen.progress;
   if (actions.state_changed || cpu_ticks != running.cpu_ticks) running.active_ms = now_ms;
   running.cpu_ticks = cpu_ticks;
+  const std::int32_t rss_when_stopped_mb = known.rss_mb;
   known = seen;
+  if (running.stop != Stop::None) known.rss_mb = std::max(seen.rss_mb, rss_when_stopped_mb);  // people read it
   return actions;
 }
 

@@ -137,6 +137,21 @@ bool Dispatcher::suits(const Room& room, Claim claim, const ReadyClass& ready) c
          std::min(ready.ram_mb, room.largest_ram_mb) <= free_ram_mb;
 }
 
+/// While a shot's storage is in trouble its jobs wait, and the first of them says for what.
+bool Dispatcher::can_be_stored(const ReadyClass& ready, std::int64_t now_ms) {
+  const std::string& trouble = storage_.trouble(ready.shot, now_ms);
+  if (trouble.empty()) {
+    told_trouble_.erase(ready.shot);
+    return true;
+  }
+  if (std::exchange(told_trouble_[ready.shot], trouble) != trouble) {
+    store_.set_error(ready.first, std::string(to_string(ErrorKind::Transient)), trouble);
+    store_.add_event(ready.shot, ready.first, "", "warning", trouble);
+    planner_.touch(ready.shot);
+  }
+  return false;
+}
+
 /// What a single job adds to its class.
 bool Dispatcher::suits(const LiveWorker& worker, const JobRow& job) const {
   if (!worker.offers(job.kind, job.version)) return false;
@@ -154,7 +169,7 @@ void Dispatcher::reserve_for(const ReadyClass& lone, std::vector<Room>& rooms) c
 /// False when the worker has no room for anything that is ready.
 bool Dispatcher::claim_one(Room& room, Claim claim, ReadyJobs& ready, std::int64_t now_ms) {
   if (room.worker->runs_something_alone()) return false;
-  const auto job = ready.take([&](const ReadyClass& r) { return suits(room, claim, r); },
+  const auto job = ready.take([&](const ReadyClass& r) { return suits(room, claim, r) && can_be_stored(r, now_ms); },
                               [&](const JobRow& j) { return suits(*room.worker, j); });
   if (!job) return false;
   if (!hand_out(*room.worker, *job, now_ms)) return true;

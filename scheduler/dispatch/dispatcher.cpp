@@ -31,7 +31,10 @@ bool same_machine(const WorkerReport& a, const WorkerReport& b) {
 }  // namespace
 
 Dispatcher::Dispatcher(Store& store, Planner& planner, Options options)
-    : store_(store), planner_(planner), options_(std::move(options)) {}
+    : store_(store),
+      planner_(planner),
+      options_(std::move(options)),
+      storage_([&planner](ShotId shot) { return planner.private_folder(shot).parent_path(); }) {}
 
 double Dispatcher::jitter() { return static_cast<double>(options_.random() >> 11U) * 0x1p-53; }
 
@@ -198,7 +201,7 @@ void Dispatcher::on_done(LiveWorker& worker, const DoneAttempt& done, std::int64
   if (done.outcome == Outcome::Done) {
     if (!accept(worker, *attempt, done, now_ms)) return;
   } else if (attempt->open()) {
-    fail(worker, *attempt, done);
+    fail(worker, *attempt, done, now_ms);
   }
   worker.held.erase(done.ref);
   acknowledge(worker, done.ref);
@@ -226,7 +229,7 @@ bool Dispatcher::accept(LiveWorker& worker, const AttemptRow& attempt, const Don
     failure.outcome = Outcome::Failed;
     failure.error_kind = to_string(ErrorKind::Transient);
     failure.message = fmt::format("{}: reported done, but its artifact in the store is not valid", job.name);
-    fail(worker, attempt, failure);
+    fail(worker, attempt, failure, now_ms);
     return true;
   }
   planner_.compare_with_suspect(job, job.key, *content);
@@ -243,9 +246,12 @@ bool Dispatcher::accept(LiveWorker& worker, const AttemptRow& attempt, const Don
   return true;
 }
 
-void Dispatcher::fail(LiveWorker& worker, const AttemptRow& attempt, const DoneAttempt& done) {
+void Dispatcher::fail(LiveWorker& worker, const AttemptRow& attempt, const DoneAttempt& done, std::int64_t now_ms) {
   const JobRow job = *store_.job({done.ref.job_id});
-  const RetryDecision decision = decide_retry(job, done, jitter());
+  const bool may_be_storage = error_kind_from(done.error_kind) != ErrorKind::BadInput;
+  const std::string storage_trouble = may_be_storage ? storage_.look(job.shot, now_ms) : "";
+  const RetryDecision decision =
+      storage_trouble.empty() ? decide_retry(job, done, jitter()) : without_blame(job, storage_trouble);
   const bool crashed = done.outcome == Outcome::Crashed;
   store_.end_attempt(attempt.ref,
                      crashed                             ? "crashed"
@@ -253,7 +259,7 @@ void Dispatcher::fail(LiveWorker& worker, const AttemptRow& attempt, const DoneA
                                                          : "failed",
                      done);
   if (is_selftest(job.kind)) return end_selftest(worker, job, done.message);
-  note_failure(worker, job, done);
+  if (storage_trouble.empty() && done.damaged_job.empty()) note_failure(worker, job, done);
   note_decision(job, decision);
   store_.set_retry(job.id, decision.num_failures, decision.num_crashes, store_.clock().wall_ms() + decision.delay_ms);
   store_.set_resources(job.id, decision.ram_mb, decision.timeout_s);
@@ -262,6 +268,16 @@ void Dispatcher::fail(LiveWorker& worker, const AttemptRow& attempt, const DoneA
   planner_.touch(job.shot);
   worker.changed = true;
   if (is_finished(decision.to)) planner_.finished(job.id);
+  if (!done.damaged_job.empty()) make_damaged_input_again(job, done);
+}
+
+/// The worker found by its hash that an input is not what it was: it is made again, and what was made of it is looked
+/// at anew.
+void Dispatcher::make_damaged_input_again(const JobRow& job, const DoneAttempt& done) {
+  const auto input = store_.find_job(job.shot, done.damaged_job);
+  if (!input || !is_good(input->state)) return;  // somebody else found it, too
+  store_.add_event(job.shot, input->id, "", "warning", done.message);
+  planner_.rerun(job.shot, {input->id});
 }
 
 /// What people should know of besides the job's own history.

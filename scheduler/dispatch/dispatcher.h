@@ -12,6 +12,7 @@
 #include "scheduler/dispatch/command.h"
 #include "scheduler/dispatch/ready_jobs.h"
 #include "scheduler/dispatch/retry.h"
+#include "scheduler/dispatch/storage_watch.h"
 #include "scheduler/dispatch/worker_table.h"
 #include "scheduler/plan/planner.h"
 #include "scheduler/store/store.h"
@@ -67,7 +68,8 @@ class Dispatcher {
   void readopt_or_cancel(LiveWorker& worker, const RunningAttempt& running, std::int64_t now_ms);
   void on_done(LiveWorker& worker, const DoneAttempt& done, std::int64_t now_ms);
   bool accept(LiveWorker& worker, const AttemptRow& attempt, const DoneAttempt& done, std::int64_t now_ms);
-  void fail(LiveWorker& worker, const AttemptRow& attempt, const DoneAttempt& done);
+  void fail(LiveWorker& worker, const AttemptRow& attempt, const DoneAttempt& done, std::int64_t now_ms);
+  void make_damaged_input_again(const JobRow& job, const DoneAttempt& done);
   void note_decision(const JobRow& job, const RetryDecision& decision);
   void drop_forgotten(LiveWorker& worker, const Listed& listed, bool reborn, std::int64_t now_ms);
   void acknowledge(LiveWorker& worker, const AttemptRef& ref);
@@ -98,6 +100,7 @@ class Dispatcher {
   void claim_for_all(std::int64_t now_ms);
   std::vector<Room> rooms();
   bool claim_one(Room& room, Claim claim, ReadyJobs& ready, std::int64_t now_ms);
+  bool can_be_stored(const ReadyClass& ready, std::int64_t now_ms);
   bool suits(const Room& room, Claim claim, const ReadyClass& ready) const;
   bool suits(const LiveWorker& worker, const JobRow& job) const;
   void reserve_for(const ReadyClass& lone, std::vector<Room>& rooms) const;
@@ -125,6 +128,8 @@ class Dispatcher {
   Store& store_;
   Planner& planner_;
   Options options_;
+  StorageWatch storage_;
+  std::map<ShotId, std::string> told_trouble_;  ///< of its storage
   std::int64_t epoch_ = 0, reconcile_until_ms_ = 0, next_hello_ms_ = 0;
   std::int64_t last_seq_ = 0;                     ///< of orders to anybody
   std::map<std::string, WorkerReport> to_greet_;  ///< by worker

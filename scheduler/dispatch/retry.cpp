@@ -41,6 +41,16 @@ RetryDecision after_failure(RetryDecision d, const DoneAttempt& attempt, int max
 
 }  // namespace
 
+RetryDecision without_blame(const JobRow& job, const std::string& reason) {
+  return {.to = JobState::Ready,
+          .reason = reason,
+          .num_failures = job.num_failures,
+          .num_crashes = job.num_crashes,
+          .delay_ms = 0,
+          .ram_mb = job.ram_mb,
+          .timeout_s = job.timeout_s};
+}
+
 RetryDecision decide_retry(const JobRow& job, const DoneAttempt& attempt, double jitter) {
   RetryDecision d{.to = JobState::Failed,
                   .reason = attempt.message,
@@ -49,11 +59,7 @@ RetryDecision decide_retry(const JobRow& job, const DoneAttempt& attempt, double
                   .delay_ms = 0,
                   .ram_mb = job.ram_mb,
                   .timeout_s = job.timeout_s};
-  if (attempt.outcome == Outcome::Canceled) {
-    d.to = JobState::Ready;
-    d.reason = "given back by its worker";
-    return d;
-  }
+  if (attempt.outcome == Outcome::Canceled) return without_blame(job, "given back by its worker");
   if (attempt.outcome == Outcome::Crashed) return after_crash(d, attempt);
   switch (error_kind_from(attempt.error_kind)) {
     case ErrorKind::Crash:

@@ -20,4 +20,7 @@ struct RetryDecision {
 /// blame. jitter: in [0, 1), spreads the delays by ±20 % so that many jobs do not come back at once.
 RetryDecision decide_retry(const JobRow& job, const DoneAttempt& attempt, double jitter);
 
+/// Again, as if it had not been tried.
+RetryDecision without_blame(const JobRow& job, const std::string& reason);
+
 }  // namespace vantage

@@ -49,16 +49,20 @@ std::optional<Manifest> read_valid_manifest(const fs::path& folder, bool check_h
     Manifest m{j.at("kind"), j.at("version"), j.at("job"),       j.at("key"), j.at("content"),
                {},           j.at("figures"), j.at("provenance")};
     for (const Json& f : j.at("files")) m.files.push_back({f.at("path"), f.at("size"), f.at("xxh3")});
+    const auto written = fs::last_write_time(folder / "manifest.json");
     for (const auto& f : m.files) {
       const fs::path path = folder / f.path;
       if (fs::file_size(path, error) != f.size || error) return std::nullopt;
-      if (check_hashes && hash_file(path) != f.xxh3) return std::nullopt;
+      const bool changed_since = fs::last_write_time(path) > written;
+      if ((check_hashes || changed_since) && hash_file(path) != f.xxh3) return std::nullopt;
     }
     return content_hash(m.files) == m.content ? std::optional(m) : std::nullopt;
   } catch (const Json::exception&) {
     return std::nullopt;  // a manifest of another shape is no manifest of ours
   } catch (const Error&) {
     return std::nullopt;  // unreadable or no JSON: half-written is not believed
+  } catch (const fs::filesystem_error&) {
+    return std::nullopt;  // went away meanwhile
   }
 }
 

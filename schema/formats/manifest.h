@@ -34,7 +34,8 @@ std::string content_hash(std::vector<Manifest::File> files);
 std::vector<Manifest::File> list_artifact_files(const std::filesystem::path& folder);
 void write_manifest(const std::filesystem::path& folder, const Manifest& manifest);
 /// Empty when the folder has no manifest, or one that is no manifest, or a listed file is missing or has another size.
-/// With check_hashes every file is read, too.
+/// Files that were changed after the manifest was written are read and compared with their hash; with check_hashes
+/// every file is.
 std::optional<Manifest> read_valid_manifest(const std::filesystem::path& folder, bool check_hashes = false);
 
 /// SHOT/.vantage/store/<kind>/<key>
