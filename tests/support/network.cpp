@@ -109,8 +109,8 @@ void Network::lay_cable(int index) {
 void Network::set_loss(int index, int percent) {
   const std::string rule = percent >= 100 ? "drop" : fmt::format("numgen random mod 100 < {} drop", percent);
   std::string script = "add table inet loss; delete table inet loss; table inet loss { ";
-  script += fmt::format("chain in {{ type filter hook input priority 0; iifname eth0 {} ; }} ", rule);
-  if (percent >= 100) script += "chain out { type filter hook output priority 0; oifname eth0 drop ; } ";
+  script += fmt::format("chain in {{ type filter hook input priority 0; iifname eth0 {} ; }} ; ", rule);
+  if (percent >= 100) script += "chain out { type filter hook output priority 0; oifname eth0 drop ; } ; ";
   must(fmt::format("ip netns exec {} nft '{}}}'", host(index), script));
 }
 
