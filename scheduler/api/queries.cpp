@@ -5,7 +5,9 @@
 #include <algorithm>
 
 #include "jobs/all_jobs.h"
+#include "scheduler/estimate/shot_estimate.h"
 #include "scheduler/report/html.h"
+#include "schema/base/clock.h"
 #include "schema/base/did_you_mean.h"
 #include "schema/formats/manifest.h"
 
@@ -16,19 +18,12 @@ namespace {
 // Jobs of an older generation belong to a plan that was replaced: nobody wants to see them.
 constexpr const char* kShotColumns =
     "SELECT id, name, folder, state, error, until_kind, submitted_ms, finished_ms, priority FROM shot ";
-constexpr const char* kJobColumns =
+constexpr const char* kOneJob =
     "SELECT job.id, job.name, job.kind, job.state, phase, progress, num_attempts, wall_ms, peak_rss_mb, reason, "
-    "error_kind, "
-    "job.error, key, shot.folder FROM job JOIN shot ON shot.id = job.shot_id ";
-constexpr const char* kJobFilter =
-    "WHERE shot_id = ?1 AND job.generation = shot.generation AND (?2 = '' OR kind = ?2) "
-    "AND (?3 = '' OR instr(',' || ?3 || ',', ',' || job.state || ',')) AND (?4 = '' OR instr(lower(job.name), "
-    "lower(?4))) ";
-constexpr const char* kJobOrder =
-    "ORDER BY CASE WHEN job.state IN ('running', 'leased', 'reconnect') THEN 0 WHEN job.state IN ('failed', "
-    "'quarantined') THEN 1 "
-    "WHEN job.state = 'ready' THEN 2 WHEN job.state IN ('done', 'skipped') THEN 3 ELSE 4 END, "
-    "job.finished_ms DESC, job.id LIMIT ?5 OFFSET ?6";
+    "error_kind, job.error, key, shot.folder FROM job JOIN shot ON shot.id = job.shot_id WHERE job.id = ?";
+constexpr const char* kEventColumns = "SELECT id, at_ms, shot_id, job_id, worker_id, kind, text, who FROM event ";
+constexpr std::int64_t kMaxInputs = 1000;
+constexpr std::int64_t kMaxSuggestions = 20'000;  ///< names that a wrong one is compared with
 
 Json integer_or_null(const Query& row, int column) { return row.is_null(column) ? Json() : Json(row.integer(column)); }
 
@@ -56,12 +51,33 @@ Json films_of(const fs::path& shot_folder) {
 
 Json FarmQueries::counts(std::int64_t shot_id, const std::string& kind) {
   Json out = Json::object();
-  for (auto row = db_.query("SELECT job.state, count(*) FROM job JOIN shot ON shot.id = job.shot_id WHERE shot_id = ?1 "
-                            "AND job.generation = shot.generation AND (?2 = '' OR kind = ?2) GROUP BY job.state",
+  for (auto row = db_.query("SELECT state, sum(num) FROM job_count WHERE shot_id = ?1 AND (?2 = '' OR kind = ?2) "
+                            "GROUP BY state HAVING sum(num) > 0",
                             shot_id, kind);
        row.step();)
     out[row.text(0)] = row.integer(1);
   return out;
+}
+
+std::vector<FarmQueries::Count> FarmQueries::counts_of_all() {
+  std::vector<Count> counts;
+  for (auto row = db_.query("SELECT kind, state, sum(num) FROM job_count GROUP BY kind, state"); row.step();)
+    counts.push_back({row.text(0), row.text(1), row.integer(2)});
+  return counts;
+}
+
+std::map<std::string, std::int64_t> FarmQueries::num_shots() {
+  std::map<std::string, std::int64_t> num;
+  for (auto row = db_.query("SELECT state, count(*) FROM shot GROUP BY state"); row.step();)
+    num[row.text(0)] = row.integer(1);
+  return num;
+}
+
+std::map<std::string, std::int64_t> FarmQueries::num_workers() {
+  std::map<std::string, std::int64_t> num;
+  for (auto row = db_.query("SELECT state, count(*) FROM worker GROUP BY state"); row.step();)
+    num[row.text(0)] = row.integer(1);
+  return num;
 }
 
 Json FarmQueries::shot_row(const Query& row) {
@@ -91,10 +107,7 @@ Json FarmQueries::shot(std::int64_t shot_id) {
   for (const auto& kind : all_kinds()) {
     const std::string name(kind.spec.name);
     const auto wall_ms =
-        db_.integer_or(0,
-                       "SELECT sum(wall_ms) FROM job JOIN shot ON shot.id = job.shot_id WHERE shot_id = ? "
-                       "AND job.generation = shot.generation AND kind = ?",
-                       shot_id, name);
+        db_.integer_or(0, "SELECT sum(wall_ms) FROM job_count WHERE shot_id = ? AND kind = ?", shot_id, name);
     out["stages"].push_back(
         {{"kind", name}, {"publishes", kind.spec.publishes}, {"counts", counts(shot_id, name)}, {"wall_ms", wall_ms}});
   }
@@ -122,17 +135,53 @@ Json FarmQueries::job_row(const Query& row) {
           {"has_preview", !html::preview_of(result).empty()}};
 }
 
+std::int64_t FarmQueries::count_of(std::int64_t shot_id, const JobFilter& filter) {
+  const std::string states = "," + filter.states + ",";
+  const Json by_state = counts(shot_id, filter.kind);
+  std::int64_t sum = 0;
+  for (const auto& [state, num] : by_state.items())
+    if (filter.states.empty() || states.find("," + state + ",") != std::string::npos) sum += num.get<std::int64_t>();
+  return sum;
+}
+
 Json FarmQueries::jobs(std::int64_t shot_id, const JobFilter& filter) {
   shot_folder(shot_id);
-  const auto total =
-      db_.integer_or(0, std::string("SELECT count(*) FROM job JOIN shot ON shot.id = job.shot_id ") + kJobFilter,
-                     shot_id, filter.kind, filter.states, filter.text);
+  const JobPage page = read_job_page(db_, shot_id, filter);
   Json jobs = Json::array();
-  for (auto row = db_.query(std::string(kJobColumns) + kJobFilter + kJobOrder, shot_id, filter.kind, filter.states,
-                            filter.text, filter.limit, filter.offset);
+  for (const auto id : page.ids)
+    if (auto row = db_.query(kOneJob, id); row.step()) jobs.push_back(job_row(row));
+  const bool by_name = !filter.text.empty() || !filter.name.empty();
+  return {{"total", by_name ? Json() : Json(count_of(shot_id, filter))},
+          {"jobs", std::move(jobs)},
+          {"after", page.after.empty() ? Json() : Json(page.after)}};
+}
+
+Json FarmQueries::event_row(const Query& row) {
+  return {{"id", row.integer(0)},
+          {"at_ms", row.integer(1)},
+          {"shot", integer_or_null(row, 2)},
+          {"job", integer_or_null(row, 3)},
+          {"worker", row.text(4)},
+          {"kind", row.text(5)},
+          {"text", row.text(6)},
+          {"who", row.text(7)}};
+}
+
+Json FarmQueries::events_after(std::int64_t id, std::int64_t limit) {
+  Json out = Json::array();
+  for (auto row = db_.query(std::string(kEventColumns) + "WHERE id > ? ORDER BY id LIMIT ?", id, limit); row.step();)
+    out.push_back(event_row(row));
+  return out;
+}
+
+Json FarmQueries::audit(std::int64_t before, std::int64_t limit) {
+  Json out = Json::array();
+  for (auto row = db_.query(std::string(kEventColumns) + "WHERE kind NOT IN ('state', 'attempt') AND id < ? "
+                                                         "ORDER BY id DESC LIMIT ?",
+                            before, limit);
        row.step();)
-    jobs.push_back(job_row(row));
-  return {{"total", total}, {"jobs", std::move(jobs)}};
+    out.push_back(event_row(row));
+  return {{"events", std::move(out)}};
 }
 
 Json FarmQueries::attempts(std::int64_t job_id) {
@@ -160,9 +209,9 @@ Json FarmQueries::attempts(std::int64_t job_id) {
 
 Json FarmQueries::inputs(std::int64_t job_id) {
   Json out = Json::array();
-  for (auto row = db_.query(
-           "SELECT job.id, name, state FROM dependency JOIN job ON job.id = needs_id WHERE job_id = ? ORDER BY job.id",
-           job_id);
+  for (auto row = db_.query("SELECT job.id, name, state FROM dependency JOIN job ON job.id = needs_id WHERE job_id = ? "
+                            "ORDER BY job.id LIMIT ?",
+                            job_id, kMaxInputs);
        row.step();)
     out.push_back({{"id", row.integer(0)}, {"name", row.text(1)}, {"state", row.text(2)}});
   return out;
@@ -180,7 +229,7 @@ Json FarmQueries::job(std::int64_t job_id) {
   Json out;
   fs::path folder;
   {
-    auto row = db_.query(std::string(kJobColumns) + "WHERE job.id = ?", job_id);
+    auto row = db_.query(kOneJob, job_id);
     if (!row.step()) throw NotFound(fmt::format("there is no job {}", job_id));
     out = job_row(row);
     folder = row.text(13);
@@ -211,6 +260,25 @@ Json FarmQueries::job(std::int64_t job_id) {
   return out;
 }
 
+Json FarmQueries::estimate(std::int64_t shot_id) {
+  shot_folder(shot_id);
+  const auto found = estimate_shot(db_, ShotId{shot_id}, kind_names(), system_clock().wall_ms());
+  const ShotEstimate estimate =
+      found.value_or(ShotEstimate{.rest = {}, .why = "the shot has ended", .critical_path = {}});
+  Json rest, path = Json::array();
+  if (estimate.rest)
+    rest = {{"low_s", estimate.rest->low_s},
+            {"middle_s", estimate.rest->middle_s},
+            {"high_s", estimate.rest->high_s},
+            {"unknown_kinds", estimate.rest->unknown_kinds}};
+  for (const auto& job : estimate.critical_path)
+    path.push_back({{"id", job.id.value}, {"name", job.name}, {"state", job.state}});
+  return {{"rest", rest},
+          {"why", estimate.why},
+          {"critical_path", std::move(path)},
+          {"critical_path_s", estimate.critical_path_s}};
+}
+
 Json FarmQueries::running_on(const std::string& worker_id) {
   Json out = Json::array();
   for (auto row = db_.query(
@@ -224,8 +292,8 @@ Json FarmQueries::running_on(const std::string& worker_id) {
 
 Json FarmQueries::workers() {
   Json out = Json::array();
-  for (auto row = db_.query("SELECT id, host, pool, slots, cores, ram_mb, free_disk_mb, state, last_seen_ms FROM "
-                            "worker ORDER BY state, id");
+  for (auto row = db_.query("SELECT id, host, pool, slots, cores, ram_mb, free_disk_mb, state, last_seen_ms, "
+                            "tags, kinds, build, trouble, skew_ms, hours, set_aside FROM worker ORDER BY state, id");
        row.step();)
     out.push_back({{"id", row.text(0)},
                    {"host", row.text(1)},
@@ -235,7 +303,14 @@ Json FarmQueries::workers() {
                    {"ram_mb", row.integer(5)},
                    {"free_disk_mb", row.integer(6)},
                    {"state", row.text(7)},
-                   {"last_seen_ms", row.integer(8)}});
+                   {"last_seen_ms", row.integer(8)},
+                   {"tags", row.text(9)},
+                   {"kinds", row.text(10)},
+                   {"build", row.text(11)},
+                   {"trouble", row.text(12)},
+                   {"skew_ms", row.integer(13)},
+                   {"hours", row.text(14)},
+                   {"set_aside", row.text(15)}});
   for (auto& worker : out) worker["running"] = running_on(worker.at("id"));
   return {{"workers", std::move(out)}};
 }
@@ -262,7 +337,7 @@ std::int64_t FarmQueries::job_by_name(std::int64_t shot_id, const std::string& n
   const auto found = db_.integer_or(-1, "SELECT id FROM job WHERE shot_id = ? AND name = ?", shot_id, name);
   if (found >= 0) return found;
   std::vector<std::string> names;
-  for (auto row = db_.query("SELECT name FROM job WHERE shot_id = ?", shot_id); row.step();)
+  for (auto row = db_.query("SELECT name FROM job WHERE shot_id = ? LIMIT ?", shot_id, kMaxSuggestions); row.step();)
     names.push_back(row.text(0));
   throw NotFound(fmt::format("there is no job '{}'{}", name, did_you_mean(name, names)));
 }

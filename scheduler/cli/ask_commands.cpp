@@ -16,7 +16,7 @@ namespace {
 
 /// What all asking commands are told.
 struct Question {
-  std::string shot, job, server, kind, state;
+  std::string shot, job, server, token_file, kind, state;
   int limit = 1000;
   bool json = false;
 };
@@ -29,6 +29,7 @@ void declare(CLI::App& app, Question& q, Names names) {
         ->required(names != Names::MaybeShot);
   if (names == Names::ShotAndJob) app.add_option("job", q.job, "e.g. navspace or depth/cam0-000003")->required();
   app.add_option("--server", q.server, "a scheduler, e.g. http://127.0.0.1:8080; left out: the shot's own last run");
+  app.add_option("--token-file", q.token_file, "file with the token that says who asks; else $VANTAGE_TOKEN");
   app.add_flag("--json", q.json, "for programs");
 }
 
@@ -112,7 +113,7 @@ int status_command(const Arguments& arguments) {
   Question q;
   declare(app, q, Names::MaybeShot);
   parse(app, arguments);
-  const auto client = make_farm_client(q.server, q.shot);
+  const auto client = make_farm_client(q.server, q.shot, q.token_file);
   const Json known =
       q.shot.empty() ? client->get("/shots", {}).at("shots") : Json{{{"id", find_shot(*client, q.shot)}}};
   Json shots = Json::array();
@@ -135,7 +136,7 @@ int jobs_command(const Arguments& arguments) {
   parse(app, arguments);
   require_kind(q.kind);
   require_state(q.state);
-  const auto client = make_farm_client(q.server, q.shot);
+  const auto client = make_farm_client(q.server, q.shot, q.token_file);
   const Json page = client->get(fmt::format("/shots/{}/jobs", find_shot(*client, q.shot)),
                                 {{"kind", q.kind}, {"state", q.state}, {"limit", std::to_string(q.limit)}});
   if (q.json) {
@@ -143,7 +144,7 @@ int jobs_command(const Arguments& arguments) {
     return kExitOk;
   }
   for (const auto& job : page.at("jobs")) print_job_line(job);
-  if (page.at("total") > page.at("jobs").size())
+  if (!page.at("after").is_null())
     fmt::print("… {} of {} shown\n", page.at("jobs").size(), page.at("total").get<std::int64_t>());
   return kExitOk;
 }
@@ -153,7 +154,7 @@ int logs_command(const Arguments& arguments) {
   Question q;
   declare(app, q, Names::ShotAndJob);
   parse(app, arguments);
-  const auto client = make_farm_client(q.server, q.shot);
+  const auto client = make_farm_client(q.server, q.shot, q.token_file);
   const std::string log = client->log(find_job(*client, find_shot(*client, q.shot), q.job));
   fmt::print("{}", q.json
                        ? Json{{"job", q.job}, {"log", log}}.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n"
@@ -166,7 +167,7 @@ int why_command(const Arguments& arguments) {
   Question q;
   declare(app, q, Names::ShotAndJob);
   parse(app, arguments);
-  const auto client = make_farm_client(q.server, q.shot);
+  const auto client = make_farm_client(q.server, q.shot, q.token_file);
   const Json job = client->get(fmt::format("/jobs/{}", find_job(*client, find_shot(*client, q.shot), q.job)), {});
   if (q.json)
     fmt::print("{}\n", job.dump());
@@ -180,7 +181,7 @@ int workers_command(const Arguments& arguments) {
   Question q;
   declare(app, q, Names::MaybeShot);
   parse(app, arguments);
-  const Json workers = make_farm_client(q.server, q.shot)->get("/workers", {});
+  const Json workers = make_farm_client(q.server, q.shot, q.token_file)->get("/workers", {});
   if (q.json) {
     fmt::print("{}\n", workers.dump());
     return kExitOk;

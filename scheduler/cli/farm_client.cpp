@@ -1,35 +1,59 @@
 #include "scheduler/cli/farm_client.h"
 
 #include <fmt/format.h>
-#include <httplib.h>
 
+#include <chrono>
+#include <cstdlib>
+#include <thread>
+
+#include "scheduler/api/gate.h"
+#include "scheduler/api/http_library.h"
 #include "schema/base/did_you_mean.h"
 #include "schema/base/error.h"
 #include "schema/base/files.h"
+#include "schema/base/hash.h"
 
 namespace vantage {
 namespace fs = std::filesystem;
 namespace {
 
 constexpr time_t kPatienceS = 30;
+constexpr int kNumTries = 4;
+constexpr auto kFirstPause = std::chrono::milliseconds(250);  ///< doubles with every try
+constexpr std::size_t kOrderKeyBytes = 16;
+
+std::string find_token(const fs::path& shot, const fs::path& token_file) {
+  if (!token_file.empty()) return read_token_file(token_file);
+  if (const char* token = std::getenv("VANTAGE_TOKEN"); token != nullptr && *token != '\0') return token;
+  const fs::path own = shot.empty() ? fs::path{} : operator_token_file(shot / ".vantage" / "farm");
+  return !own.empty() && fs::exists(own) ? read_token_file(own) : "";
+}
 
 class RemoteFarm : public FarmClient {
  public:
-  explicit RemoteFarm(const std::string& server) : server_(server), http_(server) {
+  RemoteFarm(const std::string& server, const std::string& token) : server_(server), http_(server) {
     if (!http_.is_valid())
       throw Error(ErrorKind::BadInput, fmt::format("--server {}: expected http://HOST:PORT", server));
     http_.set_read_timeout(kPatienceS);
+    if (!token.empty()) headers_.emplace("Authorization", "Bearer " + token);
   }
   Json get(const std::string& path, const Parameters& parameters) override {
     const httplib::Params query(parameters.begin(), parameters.end());
-    return Json::parse(body_of(http_.Get("/api/v1" + path, query, httplib::Headers{})));
+    return Json::parse(body_of(http_.Get("/api/v1" + path, query, headers_)));
   }
   std::string log(std::int64_t job_id) override {
-    return body_of(http_.Get(fmt::format("/api/v1/jobs/{}/log", job_id)));
+    return body_of(http_.Get(fmt::format("/api/v1/jobs/{}/log", job_id), headers_));
   }
+  /// Tried again when the connection breaks: by its key the scheduler knows an order that it has carried out already.
   Json post(const std::string& path, const Json& body) override {
-    return Json::parse(
-        body_of(http_.Post("/api/v1" + path, httplib::Headers{{"X-Vantage", "1"}}, body.dump(), "application/json")));
+    httplib::Headers headers = headers_;
+    headers.emplace("Idempotency-Key", to_hex(random_bytes(kOrderKeyBytes)));
+    auto pause = kFirstPause;
+    for (int num_left = kNumTries;; pause *= 2) {
+      const auto result = http_.Post("/api/v1" + path, headers, body.dump(), "application/json");
+      if (result || --num_left == 0) return Json::parse(body_of(result));
+      std::this_thread::sleep_for(pause);
+    }
   }
 
  private:
@@ -46,13 +70,14 @@ class RemoteFarm : public FarmClient {
 
   std::string server_;
   httplib::Client http_;
+  httplib::Headers headers_;
 };
 
 class LocalFarm : public FarmClient {
  public:
   explicit LocalFarm(const fs::path& shot) : queries_(state_dir_of(shot)) {}
   Json get(const std::string& path, const Parameters& parameters) override {
-    return api_get(queries_, path, parameters);
+    return answer_from_database(queries_, path, parameters);
   }
   std::string log(std::int64_t job_id) override {
     const fs::path log = queries_.log_path(job_id);
@@ -82,8 +107,9 @@ class LocalFarm : public FarmClient {
 
 }  // namespace
 
-std::unique_ptr<FarmClient> make_farm_client(const std::string& server, const fs::path& shot) {
-  if (!server.empty()) return std::make_unique<RemoteFarm>(server);
+std::unique_ptr<FarmClient> make_farm_client(const std::string& server, const fs::path& shot,
+                                             const fs::path& token_file) {
+  if (!server.empty()) return std::make_unique<RemoteFarm>(server, find_token(shot, token_file));
   return std::make_unique<LocalFarm>(shot);
 }
 
@@ -101,9 +127,8 @@ std::int64_t find_shot(FarmClient& client, const std::string& shot) {
 }
 
 std::int64_t find_job(FarmClient& client, std::int64_t shot_id, const std::string& name) {
-  const Json page = client.get(fmt::format("/shots/{}/jobs", shot_id), {{"text", name}, {"limit", "1000"}});
-  for (const auto& job : page.at("jobs"))
-    if (job.at("name") == name) return job.at("id");
+  const Json found = client.get(fmt::format("/shots/{}/jobs", shot_id), {{"name", name}}).at("jobs");
+  if (!found.empty()) return found.at(0).at("id");
   const Json all = client.get(fmt::format("/shots/{}/jobs", shot_id), {{"limit", "1000"}});
   std::vector<std::string> names;
   for (const auto& job : all.at("jobs")) names.push_back(job.at("name"));

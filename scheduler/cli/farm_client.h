@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "scheduler/api/routes.h"
+#include "scheduler/api/route_table.h"
 #include "schema/base/json.h"
 
 namespace vantage {
@@ -21,7 +21,9 @@ class FarmClient {
 };
 
 /// server: "http://host:port"; empty: the database in SHOT/.vantage/farm.
-std::unique_ptr<FarmClient> make_farm_client(const std::string& server, const std::filesystem::path& shot);
+/// Who we are is said with the token in token_file, else in $VANTAGE_TOKEN, else in the shot's own operator.token.
+std::unique_ptr<FarmClient> make_farm_client(const std::string& server, const std::filesystem::path& shot,
+                                             const std::filesystem::path& token_file = {});
 
 /// Number of the shot, by its folder or its name. Throws Error(BadInput) with a suggestion when there is none.
 std::int64_t find_shot(FarmClient& client, const std::string& shot);

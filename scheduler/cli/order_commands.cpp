@@ -13,7 +13,7 @@ namespace vantage {
 namespace {
 
 struct Order {
-  std::string shot, job, server, until;
+  std::string shot, job, server, token_file, until;
   int priority = 0;
   bool json = false;
 };
@@ -21,6 +21,7 @@ struct Order {
 void declare(CLI::App& app, Order& order) {
   app.add_option("shot", order.shot, "folder of the shot, or its name")->required();
   app.add_option("--server", order.server, "the scheduler, e.g. http://127.0.0.1:8080")->required();
+  app.add_option("--token-file", order.token_file, "file with the token that says who asks; else $VANTAGE_TOKEN");
   app.add_flag("--json", order.json, "for programs");
 }
 
@@ -30,7 +31,7 @@ int give_order(const char* verb, const char* summary, const Arguments& arguments
   declare(app, order);
   app.add_option("job", order.job, "one job instead of the whole shot");
   parse(app, arguments);
-  const auto client = make_farm_client(order.server, order.shot);
+  const auto client = make_farm_client(order.server, order.shot, order.token_file);
   const std::int64_t shot = find_shot(*client, order.shot);
   const std::string target =
       order.job.empty() ? fmt::format("/shots/{}", shot) : fmt::format("/jobs/{}", find_job(*client, shot, order.job));
@@ -53,7 +54,7 @@ int submit_command(const Arguments& arguments) {
                 fmt::format("--until {}: no such stage{}", order.until, did_you_mean(order.until, kind_names())));
   const Shot shot = read_checked_shot(order.shot);
   const Json answer =
-      make_farm_client(order.server, shot.folder)
+      make_farm_client(order.server, shot.folder, order.token_file)
           ->post("/shots", {{"folder", shot.folder.string()}, {"until", order.until}, {"priority", order.priority}});
   if (order.json)
     fmt::print("{}\n", answer.dump());

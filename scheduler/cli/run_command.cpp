@@ -102,11 +102,10 @@ class ShotRun {
  private:
   void start_page() {
     if (options_.no_http) return;
-    server_.emplace(options_.http, state_dir_,
-                    FarmControl{.submit = [this](SubmitRequest r) { return farm_.submit(std::move(r)).get(); },
-                                .command = [this](Command c) { return farm_.command(std::move(c)).get(); }});
+    server_.emplace(
+        HttpServer::Options{.listen = options_.http, .state_dir = state_dir_, .control = control_of(farm_)});
     farm_.set_http_address(server_->url());
-    if (!options_.json) fmt::print("Page: {}\n", server_->url());
+    if (!options_.json) fmt::print("Page: {}\n", server_->page_url());
     std::fflush(stdout);
   }
 

@@ -66,12 +66,10 @@ int serve_farm(const ServeOptions& options, const std::vector<KindEntry>& kinds)
                       .http_address = "",
                       .lease_ms = options.lease_ms,
                       .kinds = &kinds});
-  HttpServer server(options.listen, farm.state_dir(),
-                    {.submit = [&](SubmitRequest r) { return farm.submit(std::move(r)).get(); },
-                     .command = [&](Command c) { return farm.command(std::move(c)).get(); }});
+  HttpServer server({.listen = options.listen, .state_dir = farm.state_dir(), .control = control_of(farm)});
   farm.set_http_address(server.url());
-  fmt::print("Page and API: {}\nWorkers: vantage-worker --bus '{}' --farm-key '{}' --state FOLDER --slots N\n",
-             server.url(), farm.bus_url(), farm.key_file().string());
+  fmt::print("Page: {}\nAPI: {}\nWorkers: vantage-worker --bus '{}' --farm-key '{}' --state FOLDER --slots N\n",
+             server.page_url(), server.url(), farm.bus_url(), farm.key_file().string());
   std::fflush(stdout);
   const Upkeep upkeep({.state_dir = farm.state_dir(),
                        .config = config,

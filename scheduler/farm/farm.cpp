@@ -103,7 +103,7 @@ class FarmScheduler::Impl {
         dispatcher_(store_, planner_, {.farm_id = identity_.id, .lease_ms = options_.lease_ms, .random = random_bits}) {
     {
       const auto turn = turn_lock_.turn();
-      store_.begin();
+        store_.begin();
       dispatcher_.recover(clock_.monotonic_ms());
       store_.commit();
     }
@@ -132,6 +132,9 @@ class FarmScheduler::Impl {
   const fs::path& state_dir() const { return state_dir_; }
   const std::string& farm_id() const { return identity_.id; }
   DropCounts dropped_messages() const { return endpoint_->drops(); }
+  std::optional<Broker::Counts> broker_counts() const {
+    return broker_ ? std::optional(broker_->counts()) : std::nullopt;
+  }
   FarmHealth health() const {
     const std::lock_guard lock(mutex_);
     return health_;
@@ -185,6 +188,16 @@ class FarmScheduler::Impl {
   bool note(const std::string& kind, const std::string& text) {
     store_.add_event(std::nullopt, std::nullopt, "", kind, text);
     return true;
+  }
+
+  /// The answer of the first time when the order has been carried out before. Within a transaction, as post() says.
+  template <class Result>
+  Result once(const OnceKey& key, const std::function<Result()>& carry_out) {
+    if (key.key.empty()) return carry_out();
+    if (const auto kept = store_.kept_answer(key)) return Json::parse(*kept).get<Result>();
+    Result result = carry_out();
+    store_.keep_answer(key, Json(result).dump(-1, ' ', false, Json::error_handler_t::replace));
+    return result;
   }
 
   std::optional<ShotProgress> progress(ShotId shot) const {
@@ -317,7 +330,10 @@ class FarmScheduler::Impl {
     timespec cpu{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &cpu);
     counts_.cpu_ms = std::int64_t{cpu.tv_sec} * 1'000 + cpu.tv_nsec / 1'000'000;
+    counts_.epoch = dispatcher_.epoch();
     counts_.num_claimed = dispatcher_.num_claimed();
+    counts_.num_ended = store_.num_ended();
+    counts_.num_waiting_reports = static_cast<std::int64_t>(reports_.size());
     ++counts_.num_turns;
     const std::string damage = damage_check_->verdict();
     set_trouble(damage.empty() ? dispatcher_.trouble() : damage);
@@ -328,6 +344,7 @@ class FarmScheduler::Impl {
   /// One transaction; who cleans up a store waits for its end.
   void decide() {
     const auto turn = turn_lock_.turn();
+    const auto start = std::chrono::steady_clock::now();
     store_.begin();
     apply_orders();
     give_back_stall();
@@ -337,6 +354,7 @@ class FarmScheduler::Impl {
     dispatcher_.on_tick(clock_.monotonic_ms());
     planner_.end_finished_shots();
     store_.commit();
+    counts_.turn_s.add(kTurnSeconds, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
 
   /// Decides, then does what may only happen after the commit.
@@ -470,17 +488,20 @@ fs::path FarmScheduler::key_file() const { return impl_->state_dir() / "farm.key
 fs::path FarmScheduler::state_dir() const { return impl_->state_dir(); }
 FarmHealth FarmScheduler::health() const { return impl_->health(); }
 FarmStats FarmScheduler::stats() const { return impl_->stats(); }
+std::optional<Broker::Counts> FarmScheduler::broker_counts() const { return impl_->broker_counts(); }
 DropCounts FarmScheduler::dropped_messages() const { return impl_->dropped_messages(); }
 std::string FarmScheduler::farm_id() const { return impl_->farm_id(); }
 void FarmScheduler::set_http_address(const std::string& address) { impl_->set_http_address(address); }
 
-std::future<SubmitResult> FarmScheduler::submit(SubmitRequest request) {
-  return impl_->post<SubmitResult>(
-      [impl = impl_.get(), request = std::move(request)] { return impl->submit(request); });
+std::future<SubmitResult> FarmScheduler::submit(SubmitRequest request, OnceKey once) {
+  return impl_->post<SubmitResult>([impl = impl_.get(), request = std::move(request), once = std::move(once)] {
+    return impl->once<SubmitResult>(once, [&] { return impl->submit(request); });
+  });
 }
-std::future<CommandResult> FarmScheduler::command(Command command) {
-  return impl_->post<CommandResult>(
-      [impl = impl_.get(), command = std::move(command)] { return impl->command(command); });
+std::future<CommandResult> FarmScheduler::command(Command command, OnceKey once) {
+  return impl_->post<CommandResult>([impl = impl_.get(), command = std::move(command), once = std::move(once)] {
+    return impl->once<CommandResult>(once, [&] { return impl->command(command); });
+  });
 }
 void FarmScheduler::note(const std::string& kind, const std::string& text) {
   impl_->post<bool>([impl = impl_.get(), kind, text] { return impl->note(kind, text); });

@@ -10,8 +10,12 @@
 
 #include "jobs/all_jobs.h"
 #include "scheduler/dispatch/command.h"
+#include "scheduler/farm/answers.h"
+#include "scheduler/farm/farm_stats.h"
 #include "scheduler/farm/progress.h"
+#include "scheduler/store/rows.h"
 #include "schema/base/ids.h"
+#include "schema/messages/broker.h"
 #include "schema/messages/codec.h"
 
 namespace vantage {
@@ -22,26 +26,6 @@ struct SubmitRequest {
   int priority = 0;              ///< higher goes first
   std::string who{};             ///< who asks; empty: the farm itself
 };
-struct SubmitResult {
-  ShotId shot;
-  std::int64_t generation = 0;
-  int num_jobs = 0;        ///< planned so far
-  int num_up_to_date = 0;  ///< of those, already done
-};
-
-/// What keeps the farm from working, and how busy it is.
-struct FarmHealth {
-  std::string trouble;             ///< one line for people; empty: all is well
-  std::int64_t since_wall_ms = 0;  ///< of the trouble
-};
-struct FarmStats {
-  std::int64_t num_turns = 0;    ///< of the scheduler's thread: one transaction each
-  std::int64_t num_reports = 0;  ///< taken from workers
-  std::int64_t num_claimed = 0;  ///< attempts handed out
-  std::int64_t num_stalls = 0;   ///< times that it stood still for a second or longer
-  std::int64_t cpu_ms = 0;       ///< of the thread
-};
-
 /// Safe to kill at any moment: the next FarmScheduler on the same folder goes on where this one stopped.
 /// All members may be called from any thread.
 class FarmScheduler {
@@ -74,11 +58,15 @@ class FarmScheduler {
 
   FarmHealth health() const;
   FarmStats stats() const;
+  /// Empty without an own broker.
+  std::optional<Broker::Counts> broker_counts() const;
 
   /// The future throws Error(BadInput) for a shot that cannot be planned: one clear line.
-  std::future<SubmitResult> submit(SubmitRequest request);
+  /// With a key, an order that comes twice is carried out once and answered alike, also after a restart; throws
+  /// KeyReused when the key came with another request.
+  std::future<SubmitResult> submit(SubmitRequest request, OnceKey once = {});
   /// See command.h. The future throws Error(BadInput) for an unknown target.
-  std::future<CommandResult> command(Command command);
+  std::future<CommandResult> command(Command command, OnceKey once = {});
 
   /// Writes a line into the farm's trail of events, soon. kind: "warning", …
   void note(const std::string& kind, const std::string& text);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "scheduler/store/job_state.h"
+#include "schema/base/error.h"
 #include "schema/base/ids.h"
 #include "schema/messages/protocol.h"
 
@@ -86,6 +87,18 @@ struct AttemptRow {
   std::string outcome;  ///< of an ended one: done, failed, crashed, canceled, lost, stale
   std::string log_path;
   bool open() const { return state != "ended"; }
+};
+
+/// Tells an order that was sent twice from two orders.
+struct OnceKey {
+  std::string key{};          ///< the caller's; empty: carried out as often as it comes
+  std::string who{};          ///< whose key it is
+  std::string fingerprint{};  ///< of the whole request
+};
+/// The key came with another request before.
+class KeyReused : public Error {
+ public:
+  explicit KeyReused(const std::string& message) : Error(ErrorKind::BadInput, message) {}
 };
 
 }  // namespace vantage

@@ -1,6 +1,7 @@
 #pragma once
 /// The farm's truth: the one connection that writes. One thread uses it.
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -111,6 +112,9 @@ class Store {
   std::vector<AttemptRow> open_attempts();
   std::vector<AttemptRow> open_attempts_of(JobId job);
 
+  /// Since this object was made, by outcome.
+  const std::map<std::string, std::int64_t>& num_ended() const { return num_ended_; }
+
   // Workers and events.
   void upsert_worker(const WorkerReport& report, const std::string& state);
   void set_worker_state(const std::string& id, const std::string& state);
@@ -118,6 +122,10 @@ class Store {
   /// kind: submitted, state, attempt, worker, command, decision (of the scheduler, worth a person's look), warning.
   void add_event(std::optional<ShotId> shot, std::optional<JobId> job, const std::string& worker,
                  const std::string& kind, const std::string& text);
+
+  /// What was answered to an order with this key within a day. Throws KeyReused when it came with another request.
+  std::optional<std::string> kept_answer(const OnceKey& once);
+  void keep_answer(const OnceKey& once, const std::string& answer);
 
   /// Throws Error(BadInput) when the file is not there.
   static FileStamp stamp_of(const std::filesystem::path& path);
@@ -174,6 +182,7 @@ class Store {
 
   Sqlite db_;
   const Clock& clock_;
+  std::map<std::string, std::int64_t> num_ended_;
   std::string who_;
   Tally tally_;
   std::unordered_map<ShotId, ShotRow> shots_;                ///< as in the database

@@ -48,6 +48,7 @@ void Store::end_attempt(const AttemptRef& ref, const std::string& outcome, const
       "ended_ms = ?, wall_ms = ?, peak_rss_mb = ? WHERE job_id = ? AND number = ?",
       outcome, d.error_kind, d.message, d.exit_code, d.signal, clock_.wall_ms(), d.wall_ms, d.peak_rss_mb, ref.job_id,
       ref.number);
+  ++num_ended_[outcome];
   add_event(std::nullopt, JobId{ref.job_id}, "", "attempt",
             d.message.empty() ? fmt::format("attempt {} {}", ref.number, outcome)
                               : fmt::format("attempt {} {}: {}", ref.number, outcome, d.message));

@@ -5,8 +5,14 @@
 ///
 /// Once with nothing to do, once with every slot busy.
 #include <fmt/format.h>
+#include <signal.h>
+#include <spdlog/spdlog.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <thread>
@@ -27,8 +33,10 @@ namespace {
 
 constexpr std::int64_t kReportEveryMs = 1000, kListenEveryMs = 100;
 constexpr int kSlots = 2;
+constexpr double kWarmUpS = 5;
 
 std::int64_t now_ms() { return system_clock().monotonic_ms(); }
+void wait(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
 
 class SimulatedWorker {
  public:
@@ -55,7 +63,7 @@ class SimulatedWorker {
     }
     if (now_ms() < next_report_ms_) return;
     next_report_ms_ += kReportEveryMs;
-    endpoint_.publish(agent_.report({.free_disk_mb = 100'000, .wall_ms = system_clock().wall_ms()}));
+    endpoint_.publish(agent_.report({.now_ms = now_ms(), .free_disk_mb = 100'000, .wall_ms = system_clock().wall_ms()}));
   }
 
  private:
@@ -66,6 +74,7 @@ class SimulatedWorker {
     config.host = fmt::format("host-{}", index);
     config.slots = config.cores = kSlots;
     config.ram_mb = 8000;
+    config.kinds = {"process/1"};
     return config;
   }
   void start(const Actions& actions) {
@@ -95,30 +104,48 @@ void raise_descriptor_limit() {
   setrlimit(RLIMIT_NOFILE, &limit);
 }
 
+/// Processes of so many workers each: LCM's select() knows no descriptor above 1023.
+constexpr int kWorkersPerProcess = 100;
+
 class Fleet {
  public:
-  Fleet(BenchScheduler& scheduler, int num_workers, std::int64_t job_ms) : scheduler_(scheduler) {
-    const Farm farm = read_farm_key(scheduler.key_file());
-    for (int i = 0; i < num_workers; ++i)
-      workers_.push_back(std::make_unique<SimulatedWorker>(scheduler.bus_url(), farm, i, job_ms));
-  }
-  void work_for(double seconds) {
-    for (const std::int64_t end_ms = now_ms() + static_cast<std::int64_t>(seconds * 1000); now_ms() < end_ms;) {
-      for (const auto& worker : workers_) worker->work();
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  Fleet(const BenchScheduler& scheduler, int num_workers, std::int64_t job_ms) {
+    for (int first = 0; first < num_workers; first += kWorkersPerProcess) {
+      const pid_t pid = fork();
+      if (pid == 0) work_for_ever(scheduler, first, std::min(num_workers, first + kWorkersPerProcess), job_ms);
+      if (pid > 0) processes_.push_back(pid);
     }
   }
-  /// Share of one core that the scheduler's process takes.
-  double cores_taken(double seconds) {
-    const std::int64_t cpu_ms = scheduler_.cpu_ms(), start_ms = now_ms();
-    work_for(seconds);
-    return static_cast<double>(scheduler_.cpu_ms() - cpu_ms) / static_cast<double>(now_ms() - start_ms);
+  ~Fleet() {
+    for (const pid_t pid : processes_) {
+      kill(pid, SIGKILL);
+      waitpid(pid, nullptr, 0);
+    }
   }
+  Fleet(const Fleet&) = delete;
+  Fleet& operator=(const Fleet&) = delete;
 
  private:
-  BenchScheduler& scheduler_;
-  std::vector<std::unique_ptr<SimulatedWorker>> workers_;
+  [[noreturn]] static void work_for_ever(const BenchScheduler& scheduler, int first, int end, std::int64_t job_ms) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    const Farm farm = read_farm_key(scheduler.key_file());
+    std::vector<std::unique_ptr<SimulatedWorker>> workers;
+    for (int i = first; i < end; ++i)
+      workers.push_back(std::make_unique<SimulatedWorker>(scheduler.bus_url(), farm, i, job_ms));
+    for (;;) {
+      for (const auto& worker : workers) worker->work();
+      wait(0.005);
+    }
+  }
+  std::vector<pid_t> processes_;
 };
+
+/// Share of one core that the scheduler's process takes.
+double cores_taken(const BenchScheduler& scheduler, double seconds) {
+  const std::int64_t cpu_ms = scheduler.cpu_ms(), start_ms = now_ms();
+  wait(seconds);
+  return static_cast<double>(scheduler.cpu_ms() - cpu_ms) / static_cast<double>(now_ms() - start_ms);
+}
 
 std::filesystem::path write_shot(const std::filesystem::path& folder, int num_jobs) {
   std::filesystem::create_directories(folder);
@@ -131,21 +158,22 @@ std::filesystem::path write_shot(const std::filesystem::path& folder, int num_jo
 
 int run(int num_workers, double seconds, double job_s) {
   raise_descriptor_limit();
+  spdlog::set_level(spdlog::level::err);
   const TemporaryFolder folder;
   BenchScheduler scheduler(folder.path() / "farm", 15'000);
   std::filesystem::create_directories(scheduler.state_dir());
   scheduler.start();
-  Fleet fleet(scheduler, num_workers, static_cast<std::int64_t>(1000 * job_s));
-  fleet.work_for(5);
+  const Fleet fleet(scheduler, num_workers, static_cast<std::int64_t>(1000 * job_s));
+  wait(kWarmUpS);
   const auto number = [&](std::string_view sql) { return open_farm_to_read(scheduler.state_dir()).integer_or(0, sql); };
   const std::int64_t num_known = number("SELECT count(*) FROM worker WHERE state = 'active'");
   Json out{{"bench", "fleet"}, {"workers", num_workers}, {"workers_known", num_known}, {"job_s", job_s}};
-  out["idle_cores"] = fleet.cores_taken(seconds);
+  out["idle_cores"] = cores_taken(scheduler, seconds);
   const int num_jobs = static_cast<int>(num_workers * kSlots * ((2 * seconds + 10) / job_s + 2));
   scheduler.submit(write_shot(folder.path() / "shot", num_jobs));
-  fleet.work_for(5);
+  wait(kWarmUpS);
   const std::int64_t done_before = number("SELECT count(*) FROM job WHERE state = 'done'");
-  out["busy_cores"] = fleet.cores_taken(seconds);
+  out["busy_cores"] = cores_taken(scheduler, seconds);
   out["jobs_per_s"] =
       static_cast<double>(number("SELECT count(*) FROM job WHERE state = 'done'") - done_before) / seconds;
   out["attempts_lost"] = number("SELECT count(*) FROM attempt WHERE outcome = 'lost'");

@@ -122,7 +122,7 @@ Json ShortFarm::post(const std::string& path, const Json& body) {
   in_netns(settings_.place.netns, [&] {
     httplib::Client http("127.0.0.1", http_port_);
     http.set_read_timeout(60);
-    httplib::Headers headers{{"X-Vantage", "1"}};
+    httplib::Headers headers;
     if (std::string token = read_if_there(state() / "operator.token"); !token.empty())
       headers.emplace("Authorization", "Bearer " + token.substr(0, token.find('\n')));
     const auto result = http.Post("/api/v1" + path, headers, body.dump(), "application/json");

@@ -13,7 +13,10 @@ namespace fs = std::filesystem;
 
 class Page : public testing::Test {
  protected:
-  Page() : server_("127.0.0.1:0", farm_.state_dir(), {}) {}
+  Page()
+      : server_({.listen = "127.0.0.1:0",
+                 .state_dir = farm_.state_dir(),
+                 .control = {.submit = {}, .command = {}, .state = [] { return FarmState{}; }}}) {}
 
   /// The page's elements once its scripts have run for a while of the browser's own time, which stands still while
   /// answers are awaited.
@@ -23,6 +26,7 @@ class Page : public testing::Test {
     browse("--screenshot=" + file.string() + " --window-size=1500,1300", address);
     return file;
   }
+  std::string operator_address(const std::string& rest) const { return server_.page_url() + "&still=1&" + rest; }
   std::string address(const std::string& rest = "") const { return server_.url() + "/#still=1&" + rest; }
 
  private:
@@ -70,6 +74,20 @@ TEST_F(Page, FiltersByStageFromItsAddress) {
   const std::string page = elements(address("kind=render"));
   expect_holds(page, "<td class=\"mono\">render/freeze/000005</td>");
   EXPECT_EQ(page.find("<td class=\"mono\">calibrate</td>"), std::string::npos);
+}
+
+TEST_F(Page, OnlyReadsWithoutAToken) {
+  const std::string page = elements(address());
+  expect_holds(page, "Read only");
+  EXPECT_EQ(page.find(">Retry failed</button>"), std::string::npos);
+}
+
+TEST_F(Page, OffersOrdersToWhoHasAToken) {
+  const std::string page = elements(operator_address("job=6"));
+  expect_holds(page, "operator</span>");
+  expect_holds(page, ">Retry failed</button>");
+  expect_holds(page, ">Retry</button>");
+  expect_holds(page, ">Drain</button>");
 }
 
 TEST_F(Page, DrawsAPicture) { EXPECT_GT(fs::file_size(screenshot(address())), 30'000u); }

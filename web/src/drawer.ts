@@ -1,12 +1,14 @@
 // One job, all about it: state and reason, attempts, figures, picture, log, inputs, how to run it by hand.
-import {api, type Attempt, type JobDetail} from './api';
+import {api, type Attempt, type JobDetail, type Target} from './api';
 import {byId, el, show} from './dom';
 import {bytes, clockTime, duration, figure, gigabytes} from './format';
+import {orderButton} from './orders';
 import {chip} from './states';
 
 export interface DrawerActions {
   open: (id: number) => void;
   close: () => void;
+  mayOperate: boolean;
 }
 
 const section = (title: string, ...content: (HTMLElement | null | false)[]) => el('section', {}, el('h4', {}, title), ...content);
@@ -26,11 +28,14 @@ function attemptRow(attempt: Attempt): HTMLElement {
 
 function content(job: JobDetail, act: DrawerActions): HTMLElement[] {
   const {warnings, ...figures} = job.figures;
-  const retry = ['failed', 'quarantined', 'canceled', 'aborted'].includes(job.state) &&
-      el('button', {class: 'button', onclick: () => void api.retry(job.id)}, 'Retry');
+  const target: Target = {kind: 'jobs', id: job.id};
+  const bad = ['failed', 'quarantined', 'canceled', 'aborted'].includes(job.state);
+  const finished = ['done', 'skipped'].includes(job.state);
+  const orders = act.mayOperate && [bad && orderButton('Retry', target, 'retry'), finished && orderButton('Make again', target, 'rerun'),
+      !bad && !finished && orderButton('Cancel', target, 'cancel')];
   const parts = [
     el('div', {class: 'title'}, el('h3', {class: 'mono'}, job.name), el('button', {class: 'quiet', title: 'Close (Esc)', onclick: act.close}, '✕')),
-    el('p', {}, chip(job.state), job.state === 'running' && ` ${Math.round(100 * job.progress)} % ${job.phase}`, retry || null),
+    el('p', {}, chip(job.state), job.state === 'running' && ` ${Math.round(100 * job.progress)} % ${job.phase}`, ...(orders || [])),
     job.reason ? el('p', {class: 'reason'}, job.reason) : null,
     job.error ? el('p', {class: 'error', role: 'alert'}, `${job.error_kind}: ${job.error}`) : null,
     ...((warnings ?? []) as string[]).map(text => el('p', {class: 'warning'}, text)),

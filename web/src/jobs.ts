@@ -6,6 +6,8 @@ import {chip, groups} from './states';
 
 export interface TableActions {
   filter: (change: Partial<JobFilter>) => void;
+  turn: (after: string) => void;
+  back: () => void;
   open: (id: number) => void;
 }
 
@@ -19,10 +21,10 @@ export function tableControls(stages: Stage[], filter: JobFilter, act: TableActi
   const states: [string, string][] = [['', 'all states'], ...groups.map((group): [string, string] => [group.states.join(','), group.name])];
   return [
     el('h3', {}, 'Jobs'),
-    select('Stage', filter.kind, kinds, kind => act.filter({kind, offset: 0})),
-    select('State', filter.state, states, state => act.filter({state, offset: 0})),
+    select('Stage', filter.kind, kinds, kind => act.filter({kind, after: ''})),
+    select('State', filter.state, states, state => act.filter({state, after: ''})),
     el('input', {id: 'find', type: 'search', placeholder: 'name contains…   ( / )', 'aria-label': 'Name contains', value: filter.text,
-                 oninput: event => act.filter({text: (event.target as HTMLInputElement).value, offset: 0})}),
+                 oninput: event => act.filter({text: (event.target as HTMLInputElement).value, after: ''})}),
   ];
 }
 
@@ -44,16 +46,16 @@ function row(job: Job, act: TableActions): HTMLElement {
       el('td', {class: 'number'}, job.num_attempts > 1 ? String(job.num_attempts) : ''));
 }
 
-export function table(page: JobPage, filter: JobFilter, act: TableActions): HTMLElement[] {
-  if (page.total === 0) return [el('p', {class: 'hint'}, 'No job matches.')];
+export function table(page: JobPage, filter: JobFilter, pageNumber: number, act: TableActions): HTMLElement[] {
+  if (!page.jobs.length && !page.after && !filter.after) return [el('p', {class: 'hint'}, 'No job matches.')];
   const head = el('tr', {}, ...['State', 'Job', 'What and why', 'Took', 'Memory', 'Attempts'].map((text, column) =>
       el('th', {class: column > 2 ? 'number' : ''}, text)));
-  const last = Math.min(filter.offset + filter.limit, page.total);
-  const turn = (offset: number, text: string, possible: boolean) =>
-      el('button', {class: 'quiet', disabled: !possible, onclick: () => act.filter({offset})}, text);
+  const place = filter.after ? `page ${pageNumber}` : page.after ? 'first page' : '';
+  const of = page.total === null ? '' : `${page.total.toLocaleString('en')} jobs`;
   return [
     el('table', {}, el('thead', {}, head), el('tbody', {}, ...page.jobs.map(job => row(job, act)))),
-    el('div', {class: 'pager'}, turn(Math.max(0, filter.offset - filter.limit), '‹ earlier', filter.offset > 0),
-       el('span', {}, `${filter.offset + 1}–${last} of ${page.total}`), turn(last, 'later ›', last < page.total)),
+    el('div', {class: 'pager'}, el('button', {class: 'quiet', disabled: !filter.after, onclick: act.back}, '‹ earlier'),
+       el('span', {}, [of, place].filter(Boolean).join(' · ')),
+       el('button', {class: 'quiet', disabled: !page.after, onclick: () => act.turn(page.after ?? '')}, 'later ›')),
   ];
 }

@@ -1,7 +1,8 @@
 // The banner of a shot and its pipeline: one card per stage.
-import {api, type ShotDetail, type Stage} from './api';
+import {api, type Estimate, type ShotDetail, type Stage, type Target} from './api';
 import {el} from './dom';
 import {duration} from './format';
+import {orderButton} from './orders';
 import {bar, countOf, finishedOf, groups, legend, totalOf} from './states';
 
 const failedGroup = groups.find(group => group.name === 'failed')!;
@@ -20,12 +21,32 @@ function headline(shot: ShotDetail): string {
   return words.join(' · ');
 }
 
-export function banner(shot: ShotDetail): HTMLElement[] {
+/// What can be asked of a shot, or of the stage that is selected in it.
+function orders(shot: ShotDetail, stage: string): HTMLElement {
+  const target: Target = {kind: 'shots', id: shot.id, stage};
+  const counts = (shot.stages.find(one => one.kind === stage) ?? shot).counts;
+  const open = (counts.ready ?? 0) + (counts.blocked ?? 0) + countOf(counts, runningGroup) > 0;
+  return el('p', {class: 'orders'}, stage ? el('span', {class: 'hint'}, stage + ':') : null,
+      countOf(counts, failedGroup) > 0 && orderButton('Retry failed', target, 'retry'),
+      open && orderButton('Pause', target, 'pause'), (counts.paused ?? 0) > 0 && orderButton('Resume', target, 'resume'),
+      open && orderButton('Cancel', target, 'cancel'), stage && finishedOf(counts) > 0 && orderButton('Make again', target, 'rerun'));
+}
+
+export function estimateLine(estimate: Estimate): string {
+  if (!estimate.rest) return '';
+  const {low_s, high_s, unknown_kinds} = estimate.rest;
+  const more = unknown_kinds.length ? `, and then ${unknown_kinds.join(', ')}` : '';
+  return `Will take another ${duration(1000 * low_s)} to ${duration(1000 * high_s)}${more}`;
+}
+
+export function banner(shot: ShotDetail, estimate: string, stage: string, mayOperate: boolean): HTMLElement[] {
   const title = el('div', {class: 'title'}, el('h2', {}, shot.name), el('code', {class: 'path'}, shot.folder),
       shot.until && el('span', {class: 'tag'}, 'until ' + shot.until),
       shot.has_report && el('a', {href: api.out(shot.id, 'report.html'), target: '_blank', class: 'button'}, 'Report'));
   const parts = [title, el('p', {class: 'headline'}, headline(shot)), bar(shot.counts)];
+  if (estimate) parts.push(el('p', {class: 'hint'}, estimate));
   if (shot.error) parts.push(el('p', {class: 'error', role: 'alert'}, shot.error));
+  if (mayOperate) parts.push(orders(shot, stage));
   return parts;
 }
 

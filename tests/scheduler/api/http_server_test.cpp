@@ -1,38 +1,14 @@
 #include "scheduler/api/http_server.h"
 
-#include <gtest/gtest.h>
-#include <httplib.h>
+#include <thread>
 
 #include "schema/base/error.h"
-#include "schema/base/json.h"
-#include "tests/scheduler/api/small_farm.h"
+#include "tests/scheduler/api/api_server.h"
 
 namespace vantage {
 namespace {
 
-class Server : public testing::Test {
- protected:
-  Server()
-      : server_("127.0.0.1:0", farm_.state_dir(),
-                {.submit =
-                     [this](SubmitRequest r) {
-                       submitted_ = r;
-                       return SubmitResult{ShotId{7}, 1, 12, 3};
-                     },
-                 .command =
-                     [this](Command c) {
-                       command_ = c;
-                       return CommandResult{1, "1 job runs again"};
-                     }}),
-        http_(server_.url()) {}
-
-  SmallFarm farm_;
-  std::optional<SubmitRequest> submitted_;
-  std::optional<Command> command_;
-  HttpServer server_;
-  httplib::Client http_;
-  const httplib::Headers ours_{{"X-Vantage", "1"}};
-};
+class Server : public ApiServer {};
 
 TEST_F(Server, ServesThePageItself) {
   const auto page = http_.Get("/");
@@ -81,21 +57,41 @@ TEST_F(Server, KeepsToOutAndStore) {
   EXPECT_EQ(http_.Get("/api/v1/shots/1/out/clocks.json")->status, 200);
 }
 
-TEST_F(Server, PassesOrdersToTheFarmOnlyWithOurHeader) {
-  EXPECT_EQ(http_.Post("/api/v1/jobs/6/retry")->status, 400);
-  EXPECT_FALSE(command_);
-  const auto retried = http_.Post("/api/v1/jobs/6/retry", ours_, "", "application/json");
+TEST_F(Server, PassesOrdersToTheFarm) {
+  const auto retried = post("/api/v1/jobs/6/retry");
   EXPECT_EQ(Json::parse(retried->body).at("text"), "1 job runs again");
   ASSERT_TRUE(command_);
   EXPECT_EQ(command_->verb, Command::Verb::Retry);
   EXPECT_EQ(command_->job, JobId{6});
-  EXPECT_EQ(http_.Post("/api/v1/jobs/6/explode", ours_, "", "application/json")->status, 404);
+  EXPECT_EQ(post("/api/v1/shots/1/priority", R"({"priority": -3})")->status, 200);
+  EXPECT_EQ(command_->shot, ShotId{1});
+  EXPECT_EQ(command_->priority, -3);
+  EXPECT_EQ(post("/api/v1/workers/w1/drain")->status, 200);
+  EXPECT_EQ(command_->worker, "w1");
+}
+
+TEST_F(Server, SaysWhichActionsThereAre) {
+  const auto answer = post("/api/v1/jobs/6/retyr");
+  EXPECT_EQ(answer->status, 404);
+  EXPECT_NE(answer->body.find("did you mean 'retry'?"), std::string::npos) << answer->body;
+  EXPECT_FALSE(command_);
+}
+
+TEST_F(Server, SaysWhichMethodsAPathTakes) {
+  const auto answer = http_.Delete("/api/v1/shots");
+  EXPECT_EQ(answer->status, 405);
+  EXPECT_EQ(answer->get_header_value("Allow"), "GET, POST");
+  EXPECT_EQ(http_.Get("/api/v1/shots/1/retry")->status, 405);
+  EXPECT_EQ(http_.Head("/api/v1/shots")->status, 200);
 }
 
 TEST_F(Server, TakesSubmissionsAndSaysWhatIsWrongWithThem) {
-  EXPECT_EQ(http_.Post("/api/v1/shots", ours_, "{\"folder\": 3}", "application/json")->status, 400);
-  const auto answer =
-      http_.Post("/api/v1/shots", ours_, R"({"folder": "/shots/a", "until": "depth"})", "application/json");
+  for (const char* body : {"{\"folder\": 3}", "{\"folder\": \"relative\"}", "[]", "{", "3",
+                           R"({"folder": "/shots/a", "priority": "high"})", R"({"folder": "/shots/a", "until": null})"})
+    EXPECT_EQ(post("/api/v1/shots", body)->status, 400) << body;
+  EXPECT_EQ(http_.Post("/api/v1/shots", ours_, "folder=/x", "application/x-www-form-urlencoded")->status, 415);
+  EXPECT_FALSE(submitted_);
+  const auto answer = post("/api/v1/shots", R"({"folder": "/shots/a", "until": "depth"})");
   EXPECT_EQ(Json::parse(answer->body).at("shot"), 7);
   EXPECT_EQ(submitted_->until_kind, "depth");
 }
@@ -108,6 +104,33 @@ TEST_F(Server, TellsEventStreamsThatTheDatabaseChanged) {
     return num_events < 2;
   });
   EXPECT_EQ(num_events, 2);
+}
+
+TEST_F(Server, StreamsGoOnWhereTheyWereCutOff) {
+  for (int i = 0; i < 3; ++i)
+    farm_.db().run("INSERT INTO event (at_ms, shot_id, kind, text) VALUES (5, 1, 'note', ?)", i);
+  std::string text;
+  http_.Get("/api/v1/events", {{"Last-Event-ID", "2"}}, [&](const char* data, std::size_t size) {
+    text.append(data, size);
+    return text.find("\n\n") == std::string::npos;
+  });
+  EXPECT_TRUE(text.starts_with("id: 4\nevent: changed\n")) << text;
+  const Json data = Json::parse(text.substr(text.find("data: ") + 6));
+  EXPECT_FALSE(data.at("behind"));
+  ASSERT_EQ(data.at("events").size(), 2u);
+  EXPECT_EQ(data.at("events").at(0).at("text"), "1");
+}
+
+TEST_F(Server, StreamsSayWhenTooMuchHasHappened) {
+  for (int i = 0; i < 300; ++i)
+    farm_.db().run("INSERT INTO event (at_ms, shot_id, kind, text) VALUES (5, 1, 'note', '')");
+  std::string text;
+  http_.Get("/api/v1/events", {{"Last-Event-ID", "1"}}, [&](const char* data, std::size_t size) {
+    text.append(data, size);
+    return text.find("\n\n") == std::string::npos;
+  });
+  EXPECT_NE(text.find("\"behind\":true"), std::string::npos) << text;
+  EXPECT_TRUE(text.starts_with("id: 301\n")) << text;
 }
 
 TEST_F(Server, StaysAnswerableWhileManyStreamsAreOpen) {
@@ -130,9 +153,13 @@ TEST_F(Server, StaysAnswerableWhileManyStreamsAreOpen) {
 
 TEST(HttpServer, SaysWhenAnAddressCannotBeHad) {
   const SmallFarm farm;
-  EXPECT_THROW(HttpServer("nonsense", farm.state_dir(), {}), Error);
-  const HttpServer first("127.0.0.1:0", farm.state_dir(), {});
-  EXPECT_THROW(HttpServer("127.0.0.1:99999", farm.state_dir(), {}), Error);
+  const auto serve = [&](const std::string& listen) {
+    const HttpServer server({.listen = listen, .state_dir = farm.state_dir(), .control = {}});
+    EXPECT_THROW(HttpServer({.listen = server.url().substr(7), .state_dir = farm.state_dir(), .control = {}}), Error);
+  };
+  EXPECT_THROW(serve("nonsense"), Error);
+  EXPECT_THROW(serve("127.0.0.1:99999"), Error);
+  serve("127.0.0.1:0");
 }
 
 }  // namespace

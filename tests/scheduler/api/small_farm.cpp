@@ -85,6 +85,7 @@ class Model {
     write_shot();
     db_.script("BEGIN");
     write_rows();
+    count_jobs(db_);
     db_.script("COMMIT; PRAGMA wal_checkpoint(TRUNCATE)");
     write_results();
   }
@@ -213,6 +214,14 @@ Sqlite open_copy(const fs::path& shot) {
 }
 
 }  // namespace
+
+void count_jobs(Sqlite& db) {
+  db.run("DELETE FROM job_count");
+  db.run(
+      "INSERT INTO job_count (shot_id, kind, state, num, wall_ms) SELECT shot_id, kind, job.state, count(*), "
+      "sum(wall_ms) FROM job JOIN shot ON shot.id = shot_id WHERE job.generation = shot.generation GROUP BY shot_id, "
+      "kind, job.state");
+}
 
 SmallFarm::SmallFarm() : db_(open_copy(shot())) {}
 

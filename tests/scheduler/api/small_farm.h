@@ -24,4 +24,7 @@ class SmallFarm {
   Sqlite db_;
 };
 
+/// Makes the table of counts fit the table of jobs, as the scheduler does with every move.
+void count_jobs(Sqlite& db);
+
 }  // namespace vantage
