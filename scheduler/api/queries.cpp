@@ -5,6 +5,8 @@
 #include <algorithm>
 
 #include "jobs/all_jobs.h"
+#include "scheduler/dispatch/why_waiting.h"
+#include "scheduler/dispatch/working_hours.h"
 #include "scheduler/estimate/shot_estimate.h"
 #include "scheduler/report/html.h"
 #include "schema/base/clock.h"
@@ -26,6 +28,12 @@ constexpr std::int64_t kMaxInputs = 1000;
 constexpr std::int64_t kMaxSuggestions = 20'000;  ///< names that a wrong one is compared with
 
 Json integer_or_null(const Query& row, int column) { return row.is_null(column) ? Json() : Json(row.integer(column)); }
+
+/// When a worker with these hours begins jobs again; null while it may.
+Json next_opening(const std::string& hours) {
+  const auto next_ms = WorkingHours::parse(hours).next_opening_ms(system_clock().wall_ms());
+  return next_ms ? Json(*next_ms) : Json();
+}
 
 fs::path result_folder(const fs::path& shot_folder, const std::string& kind, const std::string& key) {
   if (key.empty()) return {};
@@ -249,6 +257,7 @@ Json FarmQueries::job(std::int64_t job_id) {
               {"inputs", inputs(job_id)},
               {"history", history(job_id)},
               {"reproduce", reproduce_command(job_id)},
+              {"waits", why_waiting(db_, {job_id}, system_clock().wall_ms())},
               {"figures", Json::object()},
               {"files", Json::array()}});
   const fs::path result = result_folder(folder, out.at("kind"), out.at("key"));
@@ -265,6 +274,11 @@ Json FarmQueries::estimate(std::int64_t shot_id) {
   const auto found = estimate_shot(db_, ShotId{shot_id}, kind_names(), system_clock().wall_ms());
   const ShotEstimate estimate =
       found.value_or(ShotEstimate{.rest = {}, .why = "the shot has ended", .critical_path = {}});
+  const auto num_retried =
+      db_.integer_or(0,
+                     "SELECT count(DISTINCT job_id) FROM attempt JOIN job ON job.id = job_id WHERE number > 1 "
+                     "AND shot_id = ?1 AND generation = (SELECT generation FROM shot WHERE id = ?1)",
+                     shot_id);
   Json rest, path = Json::array();
   if (estimate.rest)
     rest = {{"low_s", estimate.rest->low_s},
@@ -276,7 +290,8 @@ Json FarmQueries::estimate(std::int64_t shot_id) {
   return {{"rest", rest},
           {"why", estimate.why},
           {"critical_path", std::move(path)},
-          {"critical_path_s", estimate.critical_path_s}};
+          {"critical_path_s", estimate.critical_path_s},
+          {"num_retried", num_retried}};
 }
 
 Json FarmQueries::running_on(const std::string& worker_id) {
@@ -310,6 +325,7 @@ Json FarmQueries::workers() {
                    {"trouble", row.text(12)},
                    {"skew_ms", row.integer(13)},
                    {"hours", row.text(14)},
+                   {"next_opening_ms", next_opening(row.text(14))},
                    {"set_aside", row.text(15)}});
   for (auto& worker : out) worker["running"] = running_on(worker.at("id"));
   return {{"workers", std::move(out)}};

@@ -1,8 +1,9 @@
-// Commands that ask: status, jobs, logs, why, workers.
+// Commands that ask: status, jobs, logs, why.
 #include <fmt/format.h>
 
 #include "jobs/all_jobs.h"
 #include "scheduler/cli/commands.h"
+#include "scheduler/cli/estimate_lines.h"
 #include "scheduler/cli/farm_client.h"
 #include "scheduler/cli/parse.h"
 #include "scheduler/report/html.h"
@@ -53,7 +54,17 @@ std::string counts_line(const Json& counts) {
   return text;
 }
 
-void print_shot(const Json& shot) {
+void print_time_left(FarmClient& client, const Json& shot) {
+  const Json estimate = client.get(fmt::format("/shots/{}/estimate", shot.at("id").get<std::int64_t>()), {});
+  fmt::print("  {}\n", estimate_line(shot.at("counts"), estimate, client.get("/workers", {}).at("workers"),
+                                     system_clock().wall_ms()));
+  if (const Json& path = estimate.at("critical_path"); !path.empty())
+    fmt::print("  bound by     {} job{} one after the other ({} with free workers), now {}\n", path.size(),
+               path.size() == 1 ? "" : "s", html::duration(estimate.at("critical_path_s").get<double>()),
+               path.front().at("name").get<std::string>());
+}
+
+void print_shot(FarmClient& client, const Json& shot) {
   fmt::print("{}: {}  ({})\n", shot.at("name").get<std::string>(), shot.at("state").get<std::string>(),
              shot.at("folder").get<std::string>());
   if (const auto error = shot.at("error").get<std::string>(); !error.empty()) fmt::print("  {}\n", error);
@@ -62,6 +73,7 @@ void print_shot(const Json& shot) {
       fmt::print("  {:<12} {}{}\n", stage.at("kind").get<std::string>(), counts_line(stage.at("counts")),
                  stage.at("wall_ms") > 0 ? ", " + seconds(stage.at("wall_ms")) + " of work" : "");
   fmt::print("  {:<12} {}\n", "together", counts_line(shot.at("counts")));
+  if (shot.at("state") == "running" || shot.at("state") == "paused") print_time_left(client, shot);
 }
 
 void print_job_line(const Json& job) {
@@ -73,6 +85,7 @@ void print_job_line(const Json& job) {
 void print_why(const Json& job) {
   fmt::print("{} is {}: {}\n", job.at("name").get<std::string>(), job.at("state").get<std::string>(),
              job.at("reason").get<std::string>().empty() ? "no reason was noted" : job.at("reason").get<std::string>());
+  if (const auto waits = job.at("waits").get<std::string>(); !waits.empty()) fmt::print("  {}\n", waits);
   if (const auto error = job.at("error").get<std::string>(); !error.empty())
     fmt::print("  {}: {}\n", job.at("error_kind").get<std::string>(), error);
   for (const auto& input : job.at("inputs")) {
@@ -122,7 +135,7 @@ int status_command(const Arguments& arguments) {
   if (q.json)
     fmt::print("{}\n", (q.shot.empty() ? shots : shots.at(0)).dump());
   else
-    for (const auto& shot : shots) print_shot(shot);
+    for (const auto& shot : shots) print_shot(*client, shot);
   return kExitOk;
 }
 
@@ -173,27 +186,6 @@ int why_command(const Arguments& arguments) {
     fmt::print("{}\n", job.dump());
   else
     print_why(job);
-  return kExitOk;
-}
-
-int workers_command(const Arguments& arguments) {
-  CLI::App app{"Lists the machines that work.", "vantage workers"};
-  Question q;
-  declare(app, q, Names::MaybeShot);
-  parse(app, arguments);
-  const Json workers = make_farm_client(q.server, q.shot, q.token_file)->get("/workers", {});
-  if (q.json) {
-    fmt::print("{}\n", workers.dump());
-    return kExitOk;
-  }
-  for (const auto& w : workers.at("workers")) {
-    const double seen_s =
-        static_cast<double>(system_clock().wall_ms() - w.at("last_seen_ms").get<std::int64_t>()) / 1000;
-    fmt::print("{:<9} {:<24} {:<20} {} of {} slots busy, {} cores, {} MB, heard of {} ago\n",
-               w.at("state").get<std::string>(), w.at("id").get<std::string>(), w.at("host").get<std::string>(),
-               w.at("running").size(), w.at("slots").get<int>(), w.at("cores").get<int>(), w.at("ram_mb").get<int>(),
-               html::duration(seen_s));
-  }
   return kExitOk;
 }
 
