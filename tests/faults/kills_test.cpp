@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 constexpr int kNumKills = 200;
 constexpr const char* kTables =
-    "[seed]\nnum_jobs = 1000\npause_ms = 10\n[mix]\nnum_jobs = 1000\npause_ms = 10\n[join]\nnum_jobs = 100\n";
+    "[seed]\nnum_jobs = 1000\npause_ms = 25\n[mix]\nnum_jobs = 1000\npause_ms = 25\n[join]\nnum_jobs = 100\n";
 
 /// Seed of the run: from the environment to repeat one, else new every time.
 unsigned seed() {
@@ -100,7 +100,7 @@ TEST(Kills, TwoHundredAtRandomLoseNothingAndRepeatNothing) {
   std::mt19937 random(number + 1);
   const auto start = std::chrono::steady_clock::now();
   while (storm.num_kills() < kNumKills && shot_state(farm, id) == "running") {
-    std::this_thread::sleep_for(std::chrono::milliseconds(random() % 200));
+    std::this_thread::sleep_for(std::chrono::milliseconds(random() % 120));
     storm.strike();
   }
   EXPECT_GE(storm.num_kills(), kNumKills) << "the run ended too early to be hurt enough";
