@@ -109,6 +109,14 @@ TEST_F(BadJobs, AWorkerWithoutAProgramLeavesItsJobsToOthers) {
   const auto id = submit("[seed]\nnum_jobs = 5\n[tool]\nnum_jobs = 3\n");
   ASSERT_TRUE(wait_until([&] { return num_good("seed") == 5; }, kPatience_s));
   EXPECT_THAT(without.printed(), HasSubstr("vantage-short-tool"));
+  std::string seen;
+  EXPECT_TRUE(wait_until(
+      [&] {
+        seen = why("tool/00000");
+        return seen.find("vantage-short-tool") != std::string::npos || seen.find("no worker") != std::string::npos;
+      },
+      10))
+      << "people read what it waits for: " << seen;
   EXPECT_EQ(job_of(farm, "tool/00000").num_attempts, 0);
 
   const fs::path tools = folder.path() / "tools";

@@ -1,8 +1,10 @@
 /// Workers on other hosts: multicast between network namespaces that lose, repeat, delay and change messages.
 #include "tests/support/network.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "schema/messages/endpoint.h"
 #include "tests/faults/farm_facts.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/udp_relay.h"
@@ -10,6 +12,7 @@
 namespace vantage::faults {
 namespace {
 namespace fs = std::filesystem;
+using testing::HasSubstr;
 
 constexpr std::uint16_t kPort = 7667;
 constexpr const char* kMulticast = "udpm://239.255.76.67:7667?ttl=1";
@@ -43,6 +46,15 @@ class NetworkTest : public testing::Test {
     write_short_shot(shot(), tables);
     return farm->submit(shot());
   }
+  /// What everybody's eyes see of the farm's truth, but for the passing of time.
+  std::map<std::string, std::string> truth() const {
+    std::map<std::string, std::string> truth;
+    for (const JobFact& job : jobs_of(*farm)) truth[job.name] = job.state + " " + job.content;
+    for (const AttemptFact& a : attempts_of(*farm))
+      truth[a.job + "#" + std::to_string(a.number)] = a.worker_id + " " + a.state + " " + a.outcome;
+    return truth;
+  }
+
   TemporaryFolder folder;
   std::unique_ptr<ShortFarm> farm;
   std::vector<std::unique_ptr<ShortWorker>> workers;
@@ -55,10 +67,10 @@ TEST_F(NetworkTest, MulticastOverASwitchThatLosesAThird) {
   Network net(3, Network::Middle::Bridge);
   for (int host = 0; host < 3; ++host) net.set_loss(host, 30);
   start(net, 3);
+  EXPECT_TRUE(wait_until([&] { return farm->get("/workers").at("workers").size() == 2; }, 20));
   const auto id = submit("[seed]\nnum_jobs = 100\n[mix]\nnum_jobs = 50\n");
   EXPECT_EQ(wait_for_end(*farm, id, 60), "done");
   expect_all_done_once(*farm, shot(), journal());
-  EXPECT_EQ(farm->get("/workers").at("workers").size(), 2U);
 }
 
 TEST_F(NetworkTest, FiveThousandJobsInAStormAreAllDoneOnce) {
@@ -103,6 +115,56 @@ TEST_F(NetworkTest, WorkersFindTheBrokerAgainFromAnotherHost) {
   farm->start();
   EXPECT_EQ(wait_for_end(*farm, id, 60), "done");
   expect_all_done_once(*farm, shot(), journal());
+}
+
+/// What the scheduler counts as dropped, for a reason.
+double dropped(ShortFarm& farm, const std::string& reason) {
+  return farm.metric("vantage_messages_dropped_total{reason=\"" + reason + "\"}");
+}
+
+TEST_F(NetworkTest, UnsignedForeignAndRepeatedMessagesChangeNothingAndAreCounted) {
+  Network net(3, Network::Middle::Nothing);
+  UdpRelay relay(net, 3, {kPort, kPort + 1}, /*seed=*/7);
+  relay.record();
+  start(net, 2);  // host 2 is the stranger's
+  const auto id = submit("[seed]\nnum_jobs = 30\n[trouble]\nbad = 1\n");
+  EXPECT_EQ(wait_for_end(*farm, id, 30), "failed");
+  const auto before = truth();
+  const auto workers_before = farm->get("/workers").at("workers").size();
+
+  // All that was ever said, once more: into the same life of scheduler and worker, and into the next.
+  EXPECT_GT(relay.replay(), 30U);
+  ASSERT_TRUE(wait_until([&] { return dropped(*farm, "older") > 20; }, 10));
+  EXPECT_EQ(truth(), before);
+  farm->kill();
+  farm->start();
+  workers[0]->kill();
+  workers[0]->start();
+  relay.replay();
+  EXPECT_EQ(truth(), before);
+
+  // One byte changed in every datagram.
+  relay.set_weather({.corrupt_percent = 100});
+  ASSERT_TRUE(wait_until([&] { return dropped(*farm, "bad_mac") > 3; }, 20));
+  relay.set_weather({});
+
+  // A worker of another farm on the same port.
+  in_netns(net.host(2), [&] {
+    const Farm foreign = read_or_create_farm_key(folder.path() / "foreign.key");
+    LcmEndpoint stranger({.url = kMulticast, .farm = foreign, .sender = "stranger", .incarnation = 1});
+    WorkerReport report;
+    report.worker_id = "stranger";
+    report.incarnation = 1;
+    report.slots = 8;
+    for (int i = 0; i < 20; ++i) {
+      report.seq = i + 1;
+      stranger.publish(report);
+      usleep(10'000);
+    }
+  });
+  ASSERT_TRUE(wait_until([&] { return dropped(*farm, "foreign") >= 10; }, 10));
+  EXPECT_EQ(truth(), before);
+  EXPECT_EQ(farm->get("/workers").at("workers").size(), workers_before) << "no stranger became a worker";
 }
 
 }  // namespace
