@@ -54,6 +54,8 @@ void SimScheduler::start() {
   farm_.clock.now_ms = world_.now_ms() + 1;
   farm_.start();
   world_.note("scheduler starts, epoch {}", farm_.dispatcher->epoch());
+  if (farm_.dispatcher->epoch() <= last_epoch_) throw Violation("the epoch did not rise with a start");
+  last_epoch_ = farm_.dispatcher->epoch();
   wake();
 }
 

@@ -70,7 +70,7 @@ class SimScheduler final : public Bus {
   std::vector<Command> commands_;
   std::optional<Death> death_;
   bool resubmit_ = false, turn_is_due_ = false;
-  std::int64_t stalled_until_ms_ = 0, down_ms_ = 0, num_dropped_ = 0, seq_ = 0;
+  std::int64_t stalled_until_ms_ = 0, down_ms_ = 0, num_dropped_ = 0, seq_ = 0, last_epoch_ = 0;
   int life_ = 0, num_killed_ = 0, num_sent_in_turn_ = 0;
 };
 
