@@ -43,8 +43,10 @@ TEST(Manifest, MissingShortenedOrChangedFilesAreNotBelieved) {
 
   make_artifact(folder.path() / "flipped");
   write_file_atomically(folder.path() / "flipped/a.txt", "alphb");
+  const auto written = fs::last_write_time(folder.path() / "flipped/manifest.json");
+  fs::last_write_time(folder.path() / "flipped/a.txt", written + std::chrono::seconds(1));
   EXPECT_FALSE(read_valid_manifest(folder.path() / "flipped").has_value()) << "it is younger than its manifest";
-  fs::last_write_time(folder.path() / "flipped/a.txt", fs::last_write_time(folder.path() / "flipped/manifest.json"));
+  fs::last_write_time(folder.path() / "flipped/a.txt", written);
   EXPECT_TRUE(read_valid_manifest(folder.path() / "flipped").has_value()) << "sizes and times alone cannot tell";
   EXPECT_FALSE(read_valid_manifest(folder.path() / "flipped", true).has_value());
 }
