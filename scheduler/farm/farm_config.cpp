@@ -147,7 +147,9 @@ fs::path farm_config_file(const fs::path& state_dir) { return state_dir / "farm.
 
 FarmConfig read_farm_config(const fs::path& state_dir) {
   const fs::path file = farm_config_file(state_dir);
-  return fs::exists(file) ? Reader(file).read() : FarmConfig{};
+  FarmConfig config;
+  if (fs::exists(file)) with_one_line_errors([&] { config = Reader(file).read(); });
+  return config;
 }
 
 NewToken new_token(const std::string& name, const std::string& role) {

@@ -94,7 +94,7 @@ std::uintmax_t free_disk_mb(const fs::path& path) { return fs::space(path).avail
 Json read_json(const fs::path& path) {
   try {
     return Json::parse(read_file(path));
-  } catch (const Json::parse_error& e) {
+  } catch (const Json::exception& e) {  // also a number that is too large
     throw Error(ErrorKind::BadInput, fmt::format("{}: not valid JSON: {}", path.string(), e.what()));
   }
 }

@@ -239,7 +239,9 @@ class Reader {
 }  // namespace
 
 Shot read_shot(const fs::path& folder, const std::vector<std::string>& section_names) {
-  return Reader(folder, section_names).read();
+  Shot shot;
+  with_one_line_errors([&] { shot = Reader(folder, section_names).read(); });
+  return shot;
 }
 
 }  // namespace vantage

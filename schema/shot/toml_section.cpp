@@ -17,6 +17,17 @@ toml::table parse_toml(const std::filesystem::path& file) {
   }
 }
 
+void with_one_line_errors(const std::function<void()>& read) {
+  try {
+    read();
+  } catch (const Error& e) {
+    std::string text = e.what();
+    std::replace_if(
+        text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; }, ' ');
+    throw Error(e.kind(), text);
+  }
+}
+
 int line_of(const toml::node& node) { return static_cast<int>(node.source().begin.line); }
 
 Json to_json(const toml::node& node) {
