@@ -26,9 +26,11 @@ function orders(shot: ShotDetail, stage: string): HTMLElement {
   const target: Target = {kind: 'shots', id: shot.id, stage};
   const counts = (shot.stages.find(one => one.kind === stage) ?? shot).counts;
   const open = (counts.ready ?? 0) + (counts.blocked ?? 0) + countOf(counts, runningGroup) > 0;
+  const paused = shot.state === 'paused';
   return el('p', {class: 'orders'}, stage ? el('span', {class: 'hint'}, stage + ':') : null,
       countOf(counts, failedGroup) > 0 && orderButton('Retry failed', target, 'retry'),
-      open && orderButton('Pause', target, 'pause'), (counts.paused ?? 0) > 0 && orderButton('Resume', target, 'resume'),
+      open && !paused && orderButton('Pause', target, 'pause'),
+      (paused || (counts.paused ?? 0) > 0) && orderButton('Resume', target, 'resume'),
       open && orderButton('Cancel', target, 'cancel'), stage && finishedOf(counts) > 0 && orderButton('Make again', target, 'rerun'));
 }
 
