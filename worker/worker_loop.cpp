@@ -54,7 +54,7 @@ class Worker {
         program_(program),
         state_(options.state_dir),
         agent_(config_of(options, program, state_), state_.read_outbox()),
-        parent_(options.die_with_parent ? getppid() : 0),
+        parent_(options.parent_pid),
         endpoint_({.url = options.bus_url,
                    .farm = read_farm_key(options.farm_key_file),
                    .role = LcmEndpoint::Role::Worker,
@@ -62,7 +62,7 @@ class Worker {
                    .incarnation = state_.incarnation()}) {
     stores_.learn(state_.folder());
     // A parent that dies without a word is noticed at once; SIGHUP also says that the terminal has gone.
-    if (options.die_with_parent) prctl(PR_SET_PDEATHSIG, SIGHUP);
+    if (options.parent_pid != 0) prctl(PR_SET_PDEATHSIG, SIGHUP);
   }
 
   int run() {

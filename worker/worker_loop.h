@@ -1,4 +1,6 @@
 #pragma once
+#include <sys/types.h>
+
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -17,7 +19,7 @@ struct WorkerOptions {
   int cores = 0;            ///< 0: all this process may use
   int ram_mb = 0;           ///< 0: nine tenths of the machine's
   int stuck_after_s = 900;  ///< without progress and processor time
-  bool die_with_parent = false;
+  pid_t parent_pid = 0;     ///< ends with this process; told, since asking for it may come after its death. 0: none
 };
 
 /// Serves a farm until told to stop: SIGTERM finishes what runs, a second SIGTERM or SIGINT stops it. Returns the exit

@@ -43,8 +43,8 @@ void declare_worker(CLI::App& app, WorkerOptions& w) {
   app.add_option("--stuck-after-s", w.stuck_after_s, "stop a job without progress and processor time for that long")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_flag("--die-with-parent", w.die_with_parent,
-               "stop, and stop all jobs, when the process that started it ends");
+  app.add_option("--parent", w.parent_pid, "stop, and stop all jobs, when this process, which started it, ends")
+      ->check(CLI::PositiveNumber);
 }
 
 void declare_exec(Cli& cli) {

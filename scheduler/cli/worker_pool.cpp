@@ -60,7 +60,8 @@ void WorkerPool::start(std::size_t index) {
                                  "1",
                                  "--ram-mb",
                                  std::to_string(options_.ram_mb),
-                                 "--die-with-parent"};
+                                 "--parent",
+                                 std::to_string(getpid())};
   std::vector<char*> argv;
   for (auto& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);

@@ -6,6 +6,7 @@
 #include "schema/base/clock.h"
 #include "schema/base/files.h"
 #include "schema/base/json.h"
+#include "schema/base/program.h"
 #include "tests/faults/farm_facts.h"
 #include "tests/support/temporary_folder.h"
 
@@ -142,6 +143,15 @@ TEST_F(Recovery, TwoWorkersWithOneIdDoNothingTwice) {
   // The older one gives way, and says how both can work.
   EXPECT_TRUE(wait_until([&] { return !original.is_running(); }, 5));
   EXPECT_THAT(original.printed(), HasSubstr("another worker with this identity"));
+}
+
+TEST_F(Recovery, AWorkerWhoseParentIsGoneBeforeItBeganEndsByItself) {
+  const std::string nobody = "999999999";
+  const int status = run_program(
+      {"timeout", "20", VANTAGE_BIN "/vantage-short-worker", "--bus", "tcpq://127.0.0.1:1", "--farm-key",
+       (farm.state() / "farm.key").string(), "--state", (folder.path() / "orphan").string(), "--parent", nobody},
+      {});
+  EXPECT_EQ(status, 0);
 }
 
 }  // namespace
