@@ -26,6 +26,7 @@ std::vector<std::string> ReportKeeper::keep(const std::vector<ShotProgress>& sho
         !shot.finished() && clock_.monotonic_ms() >= written.next_ms && written.num_finished != shot.num_finished();
     if (!ended && !stale) continue;
     if (shot.finished()) written.generation = shot.generation;
+    written.next_ms = clock_.monotonic_ms() + kRefreshMs;  // also when it fails: one complaint per try, few tries
     try {
       write(shot, written);
     } catch (const Error& e) {
