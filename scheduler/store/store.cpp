@@ -14,6 +14,7 @@ namespace vantage {
 namespace {
 
 constexpr std::uintmax_t kMaxJournalBytes = 64U << 20U;
+constexpr std::uintmax_t kMinJournalBytes = 1U << 20U;
 constexpr std::int64_t kCheckpointMs = 15 * 60'000;
 
 constexpr std::string_view kShotColumns = "id, folder, name, priority, state, until_kind, generation, error";
@@ -56,13 +57,21 @@ void Store::rollback() {
   db_.roll_back();
 }
 
+/// On a small disk the journal must leave room for itself to be cut.
+std::uintmax_t Store::max_journal_bytes() const {
+  std::error_code unknown;
+  const auto space = std::filesystem::space(db_.file().parent_path(), unknown);
+  return unknown ? kMaxJournalBytes : std::clamp(space.available / 4, kMinJournalBytes, kMaxJournalBytes);
+}
+
 void Store::keep_journal_short() {
   const std::int64_t now_ms = clock_.monotonic_ms();
-  if (db_.journal_bytes() < std::max(journal_mark_bytes_, kMaxJournalBytes) && now_ms - checkpoint_ms_ < kCheckpointMs)
+  if (db_.journal_bytes() < std::max(journal_mark_bytes_, max_journal_bytes()) &&
+      now_ms - checkpoint_ms_ < kCheckpointMs)
     return;
   db_.checkpoint();
   checkpoint_ms_ = now_ms;
-  journal_mark_bytes_ = db_.journal_bytes() + kMaxJournalBytes / 4;  // a long reader: do not try after every commit
+  journal_mark_bytes_ = db_.journal_bytes() + max_journal_bytes() / 4;  // a long reader: do not try after every commit
 }
 
 /// They may hold what was just undone.

@@ -23,7 +23,8 @@ class Store {
   void begin();
   void commit();
   void rollback();
-  /// Between transactions: keeps the journal below some 64 MB, and cuts it off every 15 minutes.
+  /// Between transactions: keeps the journal below some 64 MB, or a quarter of what is free, and cuts it off every 15
+  /// minutes.
   void keep_journal_short();
   /// Undoes what fn wrote when it throws, and lets the exception through; the transaction goes on.
   void guarded(const std::function<void()>& fn);
@@ -190,6 +191,7 @@ class Store {
   std::optional<bool> has_suspects_;                         ///< as in the database
   std::int64_t num_woken_ = 0;
   std::int64_t checkpoint_ms_ = 0;         ///< monotonic: the last one
+  std::uintmax_t max_journal_bytes() const;
   std::uintmax_t journal_mark_bytes_ = 0;  ///< checkpoint when the journal is longer
 };
 

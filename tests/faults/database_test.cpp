@@ -56,7 +56,7 @@ TEST_F(Database, AnotherProcessThatHoldsItForAWhileOnlyDelays) {
 }
 
 TEST_F(Database, OnAFullDiskTheSchedulerSaysSoAndGoesOnWhenThereIsRoom) {
-  if (mount("vantage-test", farm.state().c_str(), "tmpfs", 0, "size=64m") != 0)
+  if (mount("vantage-test", farm.state().c_str(), "tmpfs", 0, "size=8m") != 0)
     GTEST_SKIP() << "a tmpfs cannot be mounted here: " << strerror(errno);
   farm.start();
   ShortWorker worker(farm, "worker");
