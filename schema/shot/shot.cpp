@@ -158,12 +158,22 @@ class Reader {
     c.start_s = take_number(s, "start_s");
     c.moving = take<bool>(s, "moving", false);
     c.mask = take<std::string>(s, "mask", "");
+    c.trim_start_s = take_number(s, "trim_start_s").value_or(0);
+    c.trim_end_s = take_number(s, "trim_end_s");
+    c.readout_ms = take_number(s, "readout_ms").value_or(0);
     c.key_color = take<std::string>(s, "key_color", "");
     c.calibration = take<std::string>(s, "calibration", "");
-    reject_rest(s, {"name", "footage", "fps", "start_s", "moving", "mask", "key_color", "calibration"});
+    reject_rest(s, {"name", "footage", "fps", "start_s", "moving", "trim_start_s", "trim_end_s", "readout_ms", "mask",
+                    "key_color", "calibration"});
     if (c.name.empty() || c.footage.empty()) fail(c.line, "every [[camera]] needs a name and footage");
     check_name(c.name, "camera", c.line);
     if (c.fps && *c.fps <= 0) fail(c.line, fmt::format("camera '{}': fps is {}, must be above 0", c.name, *c.fps));
+    if (c.trim_start_s < 0 || (c.trim_end_s && *c.trim_end_s <= c.trim_start_s))
+      fail(c.line, fmt::format("camera '{}': trimmed from {} to {} s, expected 0 <= trim_start_s < trim_end_s", c.name,
+                               c.trim_start_s, c.trim_end_s.value_or(0)));
+    if (c.readout_ms < 0 || c.readout_ms > 100)
+      fail(c.line,
+           fmt::format("camera '{}': readout_ms is {}, expected 0 (global shutter) to 100", c.name, c.readout_ms));
     shot_.cameras.push_back(std::move(c));
   }
 

@@ -14,8 +14,11 @@ struct ShotCamera {
   std::string name;           ///< letters, digits, '_' and '-'; unique
   std::string footage;        ///< video file, or a glob of stills, relative to shot.toml
   std::optional<double> fps;  ///< needed for stills (default 1); of a video with a constant rate it replaces that rate
-  std::optional<double> start_s;  ///< shot time of the first frame; needed with [sync] method = "known"
-  bool moving = false;            ///< hand-held: a pose per frame
+  std::optional<double> start_s;     ///< shot time of the first frame; needed with [sync] method = "known"
+  bool moving = false;               ///< hand-held: a pose per frame
+  double trim_start_s = 0;           ///< footage before this time (from its first frame) is not used
+  std::optional<double> trim_end_s;  ///< nor footage from this time on
+  double readout_ms = 0;  ///< rolling shutter: time from the first row's exposure to the last one's; 0: global
   std::string mask, key_color, calibration;
   int line = 0;
 };
