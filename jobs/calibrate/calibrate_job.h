@@ -8,7 +8,8 @@
 namespace vantage {
 
 /// Where every camera was, and its lens. Publishes a COLMAP text model of pinhole cameras with poses of all images, the
-/// lens as filmed beside it (cameras_distorted.txt), and report.json.
+/// lens as filmed beside it (cameras_distorted.txt), report.json and, estimated, what was seen where
+/// (observations.txt).
 struct CalibrateJob {
   struct Params {
     std::string method = "colmap";
@@ -37,7 +38,7 @@ struct CalibrateJob {
   };
   static KindSpec spec() {
     return {.name = "calibrate",
-            .version = 1,
+            .version = 2,
             .reads = "frames",
             .publishes = "COLMAP model: intrinsics, a pose per image, sparse points, undistortion",
             .programs = "colmap"};

@@ -68,6 +68,7 @@ void run_colmap_method(JobContext& context, const CalibrateJob::Params& params,
   report["rms_reprojection_px"] = estimated.bundle.rms_px;
   report["observations"] = estimated.bundle.num_observations;
   publish(context, estimated.calibration, report);
+  write_observations(context.out("observations.txt"), estimated.observations);
 }
 
 }  // namespace

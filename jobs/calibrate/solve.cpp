@@ -85,6 +85,17 @@ std::vector<SparsePoint> points_of(const SparseModel& model) {
   return out;
 }
 
+std::vector<PointObservation> observations_of(const SparseModel& model, const std::vector<FilmedCamera>& cameras) {
+  std::map<std::string, bool> is_moving;
+  for (const auto& camera : cameras) is_moving[camera.table.camera] = camera.moving;
+  std::vector<PointObservation> out;
+  for (const auto& o : model.observations) {
+    const auto frame = is_moving.at(o.image.camera) ? std::optional(o.image.frame) : o.frame;
+    out.push_back({.point = o.point, .camera = o.image.camera, .frame = frame, .px = o.px});
+  }
+  return out;
+}
+
 }  // namespace
 
 EstimatedCalibration estimate_calibration(const std::vector<FilmedCamera>& cameras, const FrameReader& read,
@@ -113,6 +124,7 @@ EstimatedCalibration estimate_calibration(const std::vector<FilmedCamera>& camer
     spread_poses(model, camera, read, out);
   }
   out.calibration.points = points_of(model);
+  out.observations = observations_of(model, cameras);
   normalise_world(out.calibration);
   return out;
 }

@@ -7,6 +7,7 @@
 #include "jobs/calibrate/bundle.h"
 #include "jobs/calibrate/calibrate_job.h"
 #include "jobs/calibrate/known.h"
+#include "jobs/calibrate/observations.h"
 #include "jobs/calibrate/survey.h"
 #include "schema/formats/calibration.h"
 
@@ -15,6 +16,7 @@ namespace vantage {
 /// Calibration from pictures: survey, COLMAP, bundle adjustment, a pose for every frame, world (gauge.h).
 struct EstimatedCalibration {
   Calibration calibration;
+  std::vector<PointObservation> observations;  ///< of calibration.points
   BundleReport bundle;
   std::vector<std::string> warnings;  ///< sentences
 };

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,9 +18,10 @@ struct SparseModel {
     Eigen::Vector3i rgb = Eigen::Vector3i::Zero();
   };
   struct Observation {
-    ImageId image;
+    ImageId image;  ///< whose pose holds
     int point = 0;  ///< index into points
     Eigen::Vector2d px = Eigen::Vector2d::Zero();
+    std::optional<int> frame = {};  ///< when it was there; empty: a static camera's background, at all times
   };
   std::map<std::string, LensModel> lenses;
   std::map<ImageId, RigidTransform> cam_from_world;

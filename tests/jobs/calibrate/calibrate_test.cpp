@@ -11,6 +11,7 @@
 #include "jobs/calibrate/solve.h"
 #include "jobs/vision/undistort.h"
 #include "schema/base/error.h"
+#include "schema/base/files.h"
 #include "tests/support/synthetic_scene.h"
 
 namespace vantage {
@@ -226,6 +227,36 @@ TEST_F(Colmap, RegistersAllCamerasOfAnArc) {
     EXPECT_NEAR(estimated.calibration.camera(camera.name).pinhole.fx / camera.pinhole.fx, 1, 0.02);
   }
   EXPECT_LT(largest_distance(found, truth), 0.01 * 4);
+  ASSERT_EQ(estimated.observations.size(), static_cast<std::size_t>(estimated.bundle.num_observations));
+  for (const auto& o : estimated.observations) {
+    EXPECT_FALSE(o.frame.has_value());
+    const auto& camera = estimated.calibration.camera(o.camera);
+    const Eigen::Vector3d p = estimated.calibration.pose({o.camera, 0}) *
+                              estimated.calibration.points[static_cast<std::size_t>(o.point)].position;
+    const cv::Point2d px = camera.filmed ? distort(*camera.filmed, {p.x() / p.z(), p.y() / p.z()})
+                                         : cv::Point2d(camera.pinhole.project(p).x(), camera.pinhole.project(p).y());
+    EXPECT_LE(std::hypot(px.x - o.px.x(), px.y - o.px.y()), 4.5);
+  }
+}
+
+TEST(Observations, SurviveTheirFile) {
+  const fs::path file = fs::path(testing::TempDir()) / fmt::format("observations-{}.txt", getpid());
+  write_observations(file, {{0, "left", {}, {12.25, 7.5}}, {41, "right", 17, {639.125, 0.0625}}});
+  const auto back = read_observations(file);
+  ASSERT_EQ(back.size(), 2U);
+  EXPECT_EQ(back[0].point, 0);
+  EXPECT_FALSE(back[0].frame.has_value());
+  EXPECT_EQ(back[1].camera, "right");
+  EXPECT_EQ(back[1].frame, 17);
+  EXPECT_EQ(back[1].px, Eigen::Vector2d(639.125, 0.0625));
+  write_file_atomically(file, "# heading\n3 left - 1 2\n0 left - 1 2\n");
+  try {
+    read_observations(file);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find(":3: found '0 left - 1 2'"), std::string::npos) << e.what();
+  }
+  fs::remove(file);
 }
 
 TEST_F(Colmap, SaysWhenCamerasSeeNothingInCommon) {
