@@ -3,10 +3,11 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <random>
 
+#include "jobs/sync/fundamental_fit.h"
+#include "jobs/sync/random_draw.h"
 #include "schema/base/error.h"
 
 namespace vantage::sync {
@@ -23,18 +24,6 @@ constexpr double kModeWidth = 0.05;
 
 using Vector9 = Eigen::Matrix<double, 9, 1>;
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
-
-/// Hartley & Zisserman 2003, §4.4.4: centroid to the origin, mean distance √2.
-Eigen::Matrix3d hartley(const std::vector<Eigen::Vector2d>& points) {
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  for (const auto& p : points) mean += p / static_cast<double>(points.size());
-  double spread = 0;
-  for (const auto& p : points) spread += (p - mean).norm() / static_cast<double>(points.size());
-  const double s = spread > 0 ? std::sqrt(2.0) / spread : 1;
-  Eigen::Matrix3d T;
-  T << s, 0, -s * mean.x(), 0, s, -s * mean.y(), 0, 0, 1;
-  return T;
-}
 
 /// Row of b ⊗ a: the coefficients of F's entries, row by row.
 Vector9 row_of(const Eigen::Vector3d& b, const Eigen::Vector3d& a) {
@@ -59,27 +48,12 @@ ScoredRoot score_root(const std::vector<MovingSample>& samples, const SubframeRo
   return {root.fraction, inliers, static_cast<double>(inliers) / looked_at};
 }
 
-/// std::sample and the distributions differ between standard libraries; this does not.
-std::array<MovingSample, 9> draw_nine(const std::vector<MovingSample>& samples, std::mt19937& random) {
-  std::array<MovingSample, 9> nine;
-  std::array<std::size_t, 9> picked{};
-  for (std::size_t k = 0; k < 9; ++k) {
-    std::size_t index = 0;
-    do index = random() % samples.size();
-    while (std::find(picked.begin(), picked.begin() + static_cast<std::ptrdiff_t>(k), index) !=
-           picked.begin() + static_cast<std::ptrdiff_t>(k));
-    picked[k] = index;
-    nine[k] = samples[index];
-  }
-  return nine;
-}
-
 std::vector<ScoredRoot> roots_of_group(const std::vector<MovingSample>& samples, int draws, double max_px,
                                        std::mt19937& random) {
   std::vector<ScoredRoot> roots;
   int best = 0;
   for (int draw = 0; draw < draws; ++draw)
-    for (const SubframeRoot& root : solve_nine_points(draw_nine(samples, random), kMaxFraction)) {
+    for (const SubframeRoot& root : solve_nine_points(draw_from<9>(std::span(samples), random), kMaxFraction)) {
       roots.push_back(score_root(samples, root, max_px));
       best = std::max(best, roots.back().inliers);
     }
@@ -128,7 +102,7 @@ std::vector<SubframeRoot> solve_nine_points(std::span<const MovingSample> nine, 
     points_b.push_back(s.b0);
     points_b.push_back(s.b1);
   }
-  const Eigen::Matrix3d Ta = hartley(points_a), Tb = hartley(points_b);
+  const Eigen::Matrix3d Ta = hartley_normalisation(points_a), Tb = hartley_normalisation(points_b);
   Matrix9 A, B;
   for (Eigen::Index k = 0; k < 9; ++k) {
     const MovingSample& s = nine[static_cast<std::size_t>(k)];
