@@ -20,7 +20,8 @@ using namespace vantage;
 struct DemoOptions {
   std::string out;
   int num_cameras = 5, num_frames = 20, width = 480, height = 270;
-  bool known = false;  ///< exact calibration and clocks instead of estimated ones
+  bool known = false;     ///< exact calibration and clocks instead of estimated ones
+  int num_hand_held = 0;  ///< the last ones
 };
 
 /// Writes frames to an H.264 file through the ffmpeg program.
@@ -49,7 +50,7 @@ class VideoFile {
 void film(const synthetic::Scene& scene, const synthetic::SceneCamera& camera, const fs::path& file) {
   VideoFile video(file, camera.pinhole.width, camera.pinhole.height, camera.fps);
   for (int k = 0; k < camera.num_frames; ++k)
-    video.write(scene.render(camera.pinhole, camera.cam_from_world, camera.time_s(k)).bgr);
+    video.write(scene.render(camera.pinhole, camera.pose(k), camera.time_s(k)).bgr);
   video.close();
 }
 
@@ -57,7 +58,7 @@ void write_known_calibration(const std::vector<synthetic::SceneCamera>& cameras,
   Calibration calibration;
   for (const auto& c : cameras) {
     calibration.cameras[c.name] = {c.name, static_cast<int>(calibration.cameras.size()) + 1, c.pinhole, std::nullopt};
-    for (int k = 0; k < c.num_frames; ++k) calibration.cam_from_world[{c.name, k}] = c.cam_from_world;
+    for (int k = 0; k < c.num_frames; ++k) calibration.cam_from_world[{c.name, k}] = c.pose(k);
   }
   write_calibration(folder, calibration);
 }
@@ -76,6 +77,7 @@ std::string shot_toml(const DemoOptions& o, const std::vector<synthetic::SceneCa
   std::string text = "[shot]\nname = \"demo\"\n\n";
   for (const auto& c : cameras) {
     text += fmt::format("[[camera]]\nname = \"{0}\"\nfootage = \"footage/{0}.mp4\"\n", c.name);
+    if (c.sway_m > 0) text += "moving = true\n";
     if (o.known) text += fmt::format("start_s = {:.9f}\n", c.offset_s);
     text += "\n";
   }
@@ -101,14 +103,18 @@ std::string shot_toml(const DemoOptions& o, const std::vector<synthetic::SceneCa
 
 void make(const DemoOptions& o) {
   const synthetic::Scene scene({.moving = true, .supersample = 2, .noise_sigma = 1});
-  const auto cameras = synthetic::arc_cameras(o.num_cameras, o.num_frames, o.width, o.height);
+  auto cameras = synthetic::arc_cameras(o.num_cameras, o.num_frames, o.width, o.height);
+  for (int i = std::max(0, o.num_cameras - o.num_hand_held); i < o.num_cameras; ++i) {
+    auto& held = cameras[static_cast<std::size_t>(i)];
+    held.sway_m = 0.12, held.sway_deg = 1.5;
+  }
   const fs::path out(o.out);
   fs::create_directories(out / "footage");
   for (const auto& c : cameras) {
     film(scene, c, out / "footage" / (c.name + ".mp4"));
     std::cout << fmt::format("{}: {} frames, first at {:+.4f} s\n", c.name, c.num_frames, c.offset_s) << std::flush;
   }
-  if (o.known) write_known_calibration(cameras, out / "model");
+  write_known_calibration(cameras, out / (o.known ? "model" : "truth"));
   write_file_atomically(out / "shot.toml", shot_toml(o, cameras));
 }
 
@@ -122,6 +128,8 @@ int main(int argc, char** argv) {
   app.add_option("--frames", options.num_frames)->check(CLI::Range(1, 1000));
   app.add_option("--width", options.width)->check(CLI::Range(64, 3840));
   app.add_option("--height", options.height)->check(CLI::Range(64, 2160));
+  app.add_option("--hand-held", options.num_hand_held, "how many of the cameras are held in the hand")
+      ->check(CLI::Range(0, 24));
   app.add_flag("--known", options.known, "give exact calibration and clocks");
   CLI11_PARSE(app, argc, argv);
   try {

@@ -246,6 +246,25 @@ Truth Scene::correspondence(const Picture& a, const Pinhole& pinhole_a, const Ri
   return truth;
 }
 
+RigidTransform SceneCamera::pose(int frame) const {
+  // Slow sway at about half a hertz and tremor at about six: what hands do. Every camera has phases of its own.
+  const double t = time_s(frame);
+  const auto wave = [&](double hz, double phase) {
+    return std::sin(2 * std::numbers::pi * (hz * t + phase + offset_s));
+  };
+  Vector3d walk, turn;
+  for (int axis = 0; axis < 3; ++axis) {
+    walk[axis] = sway_m * (wave(0.45 + 0.1 * axis, 0.3 * axis) + 0.1 * wave(5.7 + axis, 0.17 * axis));
+    turn[axis] = sway_deg * (wave(0.35 + 0.15 * axis, 0.1 + 0.4 * axis) + 0.1 * wave(6.3 + axis, 0.29 * axis));
+  }
+  turn *= std::numbers::pi / 180;
+  const Eigen::AngleAxisd by(turn.norm(), turn.norm() > 0 ? turn.normalized() : Vector3d(0, 0, 1));
+  RigidTransform out;
+  out.R = by.toRotationMatrix() * cam_from_world.R;
+  out.t = -out.R * (cam_from_world.centre() + walk);
+  return out;
+}
+
 std::vector<SceneCamera> arc_cameras(int num_cameras, int num_frames, int width, int height, double step_deg,
                                      double elevation_wobble_deg) {
   const Vector3d centre = Scene().centre();

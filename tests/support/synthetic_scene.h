@@ -17,15 +17,17 @@ struct Picture {
 };
 constexpr int kFirstMovingId = 10;  ///< 10 bouncing ball, 11 rising ball, 12 turning box
 
-/// A camera of a shot: static, with its own clock.
+/// A camera of a shot, with its own clock: static, or held in the hand.
 struct SceneCamera {
   std::string name;
   Pinhole pinhole;
-  RigidTransform cam_from_world;
-  double offset_s = 0;  ///< shot time of frame 0
+  RigidTransform cam_from_world;  ///< a held camera's: what it sways about
+  double offset_s = 0;            ///< shot time of frame 0
   double fps = 30;
   int num_frames = 0;
+  double sway_m = 0, sway_deg = 0;  ///< amplitudes of a held camera's slow walk and turn; its tremor is a tenth of them
   double time_s(int frame) const { return offset_s + frame / fps; }
+  RigidTransform pose(int frame) const;
 };
 
 struct Truth {
