@@ -12,9 +12,20 @@ namespace {
 
 constexpr const char* kModelFiles[] = {"cameras.txt", "images.txt", "points3D.txt"};
 
-/// Files of the known model. Its points may be missing: none are known then.
+/// Names that run() asks for.
+constexpr const char* kTomlSource = "cameras.toml";
+constexpr const char* kChanFolder = "chan/";
+
+/// Files of the known model: a COLMAP text model, whose points may be missing (none are known then), a TOML file, or
+/// without a model every camera's own .chan file.
 std::vector<Source> model_sources(const Shot& shot, const std::string& model) {
   std::vector<Source> sources;
+  if (model.empty())
+    for (const ShotCamera& camera : shot.cameras)
+      sources.push_back({kChanFolder + camera.name, shot.folder / camera.calibration});
+  else if (fs::path(model).extension() == ".toml")
+    sources.push_back({kTomlSource, shot.folder / model});
+  if (!sources.empty()) return sources;
   for (const char* name : {"cameras.txt", "images.txt", "points3D.txt", "cameras_distorted.txt"})
     if (const fs::path file = shot.folder / model / name; fs::exists(file)) sources.push_back({name, file});
   return sources;
@@ -30,16 +41,34 @@ Json params_that_matter(const CalibrateJob::Params& params) {
 
 }  // namespace
 
+namespace {
+
+void check_chan_files(const Shot& shot, const Section& section) {
+  for (const ShotCamera& camera : shot.cameras)
+    if (camera.calibration.empty() || fs::path(camera.calibration).extension() != ".chan" ||
+        !fs::is_regular_file(shot.folder / camera.calibration))
+      throw Error(ErrorKind::BadInput,
+                  fmt::format("{}: is \"known\", so [calibrate] model = \"folder or file.toml\" is needed, or "
+                              "calibration = \"file.chan\" of every camera; that of camera '{}' (line {}) is '{}'",
+                              section.where("method"), camera.name, camera.line, camera.calibration));
+}
+
+}  // namespace
+
 void CalibrateJob::check(const Shot& shot) {
   const Section section = shot.section("calibrate");
   const Params params = params_from_section<Params>(section);
   if (params.method != "known") return;
-  if (params.model.empty())
-    throw Error(ErrorKind::BadInput, section.where("method") + ": is \"known\", so model = \"folder\" is needed, too");
-  const fs::path folder = shot.folder / params.model;
+  if (params.model.empty()) return check_chan_files(shot, section);
+  const fs::path model = shot.folder / params.model;
+  if (model.extension() == ".toml") {
+    if (!fs::is_regular_file(model))
+      throw Error(ErrorKind::BadInput, fmt::format("{}: {} does not exist", section.where("model"), params.model));
+    return;
+  }
   for (const char* name : kModelFiles)
-    if (std::string(name) != "points3D.txt" && !fs::is_regular_file(folder / name))
-      throw Error(ErrorKind::BadInput, fmt::format("{}: {} has no {}; expected a COLMAP text model",
+    if (std::string(name) != "points3D.txt" && !fs::is_regular_file(model / name))
+      throw Error(ErrorKind::BadInput, fmt::format("{}: {} has no {}; expected a COLMAP text model or a .toml file",
                                                    section.where("model"), params.model, name));
 }
 

@@ -23,7 +23,8 @@ struct CalibrateJob {
     void fields(auto&& field) {
       field("method", method, OneOf{{"colmap", "known"}}, "colmap: from the pictures; known: from a COLMAP text model");
       field("model", model, Any{},
-            "method known: folder with cameras.txt, images.txt and points3D.txt, relative to shot.toml");
+            "method known: folder with a COLMAP text model, or a .toml file of OpenCV cameras (Pose2Sim, Caliscope), "
+            "relative to shot.toml; empty: every camera's calibration names its .chan file");
       field("lens", lens, OneOf{{"SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV"}},
             "method colmap: lens model of every camera");
       field("plate_frames", plate_frames, Range{1, 301},
@@ -43,7 +44,7 @@ struct CalibrateJob {
             .publishes = "COLMAP model: intrinsics, a pose per image, sparse points, undistortion",
             .programs = "colmap"};
   }
-  /// Method known needs its model: throws Error(BadInput) with the line of shot.toml.
+  /// Method known needs its model, or a .chan file per camera: throws Error(BadInput) with the line of shot.toml.
   static void check(const Shot& shot);
   static std::vector<WorkUnit> split(const ShotState& state, const Params& params);
   static void run(JobContext& context, const Params& params);

@@ -1,4 +1,7 @@
 #include "jobs/calibrate/calibrate_job.h"
+#include "jobs/calibrate/exchange/camera_toml.h"
+#include "jobs/calibrate/exchange/nuke_chan.h"
+#include "jobs/calibrate/exchange/usd_cameras.h"
 #include "jobs/calibrate/known.h"
 #include "jobs/calibrate/preview.h"
 #include "jobs/calibrate/solve.h"
@@ -37,16 +40,38 @@ Json report_of(const Calibration& calibration, const std::vector<FilmedCamera>& 
   return report;
 }
 
+/// The cameras in other programs' words.
+void publish_exchange(JobContext& context, const Calibration& calibration) {
+  write_camera_toml(context.out("cameras.toml"), calibration);
+  write_usd_cameras(context.out("cameras.usda"), calibration, 0);
+  std::map<std::string, std::map<int, RigidTransform>> poses;
+  for (const auto& [image, pose] : calibration.cam_from_world) poses[image.camera][image.frame] = pose;
+  for (const auto& [name, of_frames] : poses)
+    write_chan(context.out("chan/" + name + ".chan"), calibration.camera(name).pinhole, of_frames);
+}
+
 void publish(JobContext& context, const Calibration& calibration, const Json& report) {
   write_calibration(context.out("cameras.txt").parent_path(), calibration);
+  publish_exchange(context, calibration);
   write_json(context.out("report.json"), report);
   write_picture(context.out("preview.jpg"), top_view(calibration));
   for (const char* name : {"registered_cameras", "registered_images", "points", "mean_reprojection_px"})
     if (report.contains(name)) context.figure(name, report[name]);
 }
 
+/// By what split() gave: a COLMAP text model, a TOML file, or a .chan file per camera.
+KnownCalibration read_known(const std::map<std::string, fs::path>& sources, const std::vector<FilmedCamera>& cameras) {
+  if (const auto toml = sources.find("cameras.toml"); toml != sources.end())
+    return known_calibration(toml->second, cameras);
+  if (const auto colmap = sources.find("cameras.txt"); colmap != sources.end())
+    return known_calibration(colmap->second.parent_path(), cameras);
+  std::map<std::string, fs::path> chan;
+  for (const auto& [name, file] : sources) chan[fs::path(name).filename().string()] = file;
+  return known_from_chan(chan, cameras);
+}
+
 void run_known(JobContext& context, const std::vector<FilmedCamera>& cameras) {
-  const auto known = known_calibration(context.source("cameras.txt").parent_path(), cameras);
+  const auto known = read_known(context.sources(), cameras);
   for (const auto& sentence : known.warnings) context.warn(sentence);
   Json report = report_of(known.calibration, cameras);
   report["method"] = "known";

@@ -20,9 +20,14 @@ struct KnownCalibration {
   std::vector<std::string> warnings;  ///< sentences
 };
 
-/// A COLMAP text model made to fit the shot: its cameras only, a pose for every frame (a static camera's pose holds for
-/// all its frames), lenses turned into pinholes with the lens as filmed beside them. The world stays as it is.
+/// A model made to fit the shot: its cameras only, a pose for every frame (a static camera's pose holds for all its
+/// frames), lenses turned into pinholes with the lens as filmed beside them. The world stays as it is. model: a folder
+/// with a COLMAP text model, or a TOML file of OpenCV cameras (exchange/camera_toml.h).
 /// Throws Error(BadInput) naming the camera: not in the model, another picture size, no pose.
 KnownCalibration known_calibration(const std::filesystem::path& model, const std::vector<FilmedCamera>& cameras);
+
+/// The same from a Nuke .chan file per camera, by camera name.
+KnownCalibration known_from_chan(const std::map<std::string, std::filesystem::path>& files,
+                                 const std::vector<FilmedCamera>& cameras);
 
 }  // namespace vantage

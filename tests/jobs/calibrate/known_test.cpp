@@ -104,10 +104,19 @@ TEST_F(Known, CheckPointsAtTheLineOfTheModel) {
     CalibrateJob::check(shot);
     FAIL();
   } catch (const Error& e) {
-    EXPECT_EQ(std::string(e.what()),
-              "shot.toml:5: [calibrate] model: nowhere has no cameras.txt; expected a COLMAP text model");
+    EXPECT_EQ(
+        std::string(e.what()),
+        "shot.toml:5: [calibrate] model: nowhere has no cameras.txt; expected a COLMAP text model or a .toml file");
   }
   shot.sections["calibrate"].values["model"].value = folder_.filename().string();
+  CalibrateJob::check(shot);
+  // Without a model every camera needs a file of its own.
+  shot.sections["calibrate"].values.erase("model");
+  shot.cameras.resize(1);
+  shot.cameras[0].name = "left";
+  EXPECT_THROW(CalibrateJob::check(shot), Error);
+  write("left.chan", "0 0 0 0 0 0 0 40\n");
+  shot.cameras[0].calibration = folder_.filename().string() + "/left.chan";
   CalibrateJob::check(shot);
 }
 
