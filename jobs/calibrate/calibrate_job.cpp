@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
 
+#include "jobs/mask_sources.h"
 #include "schema/base/error.h"
 
 namespace vantage {
@@ -81,8 +84,9 @@ std::vector<WorkUnit> CalibrateJob::split(const ShotState& state, const Params& 
   for (const auto& camera : shot.cameras) {
     unit.unit["cameras"].push_back({{"name", camera.name}, {"moving", camera.moving}});
     unit.needs.push_back("ingest/" + camera.name);
+    std::ranges::move(mask_sources(shot, camera), std::back_inserter(unit.sources));
   }
-  if (params.method == "known") unit.sources = model_sources(shot, params.model);
+  if (params.method == "known") std::ranges::move(model_sources(shot, params.model), std::back_inserter(unit.sources));
   unit.links = {{"", "calibration/"}};
   unit.need = {.cores = params.method == "known" ? 1 : 2, .ram_mb = 2500, .timeout_s = 6 * 3600};
   return {unit};

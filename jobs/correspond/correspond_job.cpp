@@ -1,8 +1,10 @@
 #include "jobs/correspond/correspond_job.h"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
+#include "jobs/mask_sources.h"
 #include "jobs/views/depth_edges.h"
 #include "jobs/views/virtual_view.h"
 
@@ -27,7 +29,7 @@ Need need_of(const Pinhole& pinhole, const CorrespondJob::Params& params) {
   return {.cores = 1, .ram_mb = static_cast<int>(mb)};
 }
 
-WorkUnit unit_of(const ImageId& first, const ImageId& second, const Calibration& calibration,
+WorkUnit unit_of(const ShotState& state, const ImageId& first, const ImageId& second, const Calibration& calibration,
                  const CorrespondJob::Params& params) {
   const std::string a = first.label(), b = second.label();
   WorkUnit unit;
@@ -36,6 +38,8 @@ WorkUnit unit_of(const ImageId& first, const ImageId& second, const Calibration&
   unit.unit = {{"first", a}, {"second", b}};
   unit.needs = {"calibrate", "ingest/" + first.camera};
   if (second.camera != first.camera) unit.needs.push_back("ingest/" + second.camera);
+  unit.sources = mask_sources(state, first);
+  std::ranges::move(mask_sources(state, second), std::back_inserter(unit.sources));
   unit.links = {{"forward.exr", "flow/" + a + "__" + b + ".exr"}, {"backward.exr", "flow/" + b + "__" + a + ".exr"}};
   unit.need = need_of(calibration.camera(first.camera).pinhole, params);
   return unit;
@@ -53,7 +57,7 @@ std::vector<WorkUnit> CorrespondJob::split(const ShotState& state, const Params&
     const auto image = [&](int vertex) -> const ImageId& {
       return navspace.vertices[static_cast<std::size_t>(vertex)].image;
     };
-    units.push_back(unit_of(image(std::min(a, b)), image(std::max(a, b)), calibration, params));
+    units.push_back(unit_of(state, image(std::min(a, b)), image(std::max(a, b)), calibration, params));
   }
   return units;
 }

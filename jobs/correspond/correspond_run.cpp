@@ -24,6 +24,11 @@ PosedPicture posed(ShotImages& images, const ImageId& image, const cv::Mat& bgr)
   return picture;
 }
 
+/// No confidence where a person's mask says that a pixel does not count.
+void ignore_masked(ShotImages& images, const ImageId& image, FlowMap& flow) {
+  if (const cv::Mat1b counts = images.mask(image); !counts.empty()) flow.confidence.setTo(0, counts == 0);
+}
+
 /// Colours reach full saturation at the longest motion that is not an outlier.
 double longest_motion_px(const FlowMap& flow) {
   std::vector<float> lengths;
@@ -59,7 +64,9 @@ void CorrespondJob::run(JobContext& context, const Params& params) {
   const MatchOptions options{
       .consistent_px = static_cast<float>(params.consistent_px),
       .stereo = {.max_pixels = static_cast<int>(1e6 * params.max_stereo_megapixels), .max_labels = params.max_depths}};
-  const ImageMatch match = match_images(a, b, options);
+  ImageMatch match = match_images(a, b, options);
+  ignore_masked(images, first, match.forward);
+  ignore_masked(images, second, match.backward);
 
   context.progress(0.9, "writing");
   write_flow(context.out("forward.exr"), match.forward);

@@ -28,11 +28,11 @@ class Follower {
   Follower(const FollowOptions& options, std::optional<cv::Mat1b> plate)
       : options_(options), regions_(std::move(plate)) {}
 
-  void add_frame(int frame, const cv::Mat1b& grey) {
+  void add_frame(int frame, const cv::Mat1b& grey, const cv::Mat1b& counts) {
     cv::Mat homography;
-    if (!grey_.empty() && !live_.empty()) homography = step(grey);
+    if (!grey_.empty() && !live_.empty()) homography = step(grey, counts);
     const cv::Mat1b moving = regions_.mask(grey, grey_, homography);
-    find_corners(frame, grey, moving);
+    find_corners(frame, grey, moving, counts);
     grey_ = grey;
   }
   std::vector<Track> finish() {
@@ -46,14 +46,14 @@ class Follower {
  private:
   /// Follows all live tracks into `grey`; returns the background's homography (empty for a static camera or none
   /// found).
-  cv::Mat step(const cv::Mat1b& grey) {
+  cv::Mat step(const cv::Mat1b& grey, const cv::Mat1b& counts) {
     std::vector<cv::Point2f> from, to, back;
     for (const auto& track : live_) from.push_back(track.px.back());
     const std::vector<bool> good = follow_both_ways(grey, from, to, back);
     const cv::Mat homography = options_.camera_moves ? background_motion(from, to, good) : cv::Mat();
     std::vector<LiveTrack> kept;
     for (std::size_t i = 0; i < live_.size(); ++i) {
-      if (!good[i]) {
+      if (!good[i] || (!counts.empty() && counts(cv::Point(to[i])) == 0)) {
         retire(std::move(live_[i]));
         continue;
       }
@@ -104,13 +104,20 @@ class Follower {
     track.px.push_back(to);
   }
 
-  void find_corners(int frame, const cv::Mat1b& grey, const cv::Mat1b& moving) {
+  void find_corners(int frame, const cv::Mat1b& grey, const cv::Mat1b& moving, const cv::Mat1b& counts) {
     const double spacing =
         std::max(8.0, 0.6 * std::sqrt(static_cast<double>(grey.total()) / std::max(1, options_.max_background)));
     cv::Mat1b still;
     cv::bitwise_not(moving, still);
-    add_corners(frame, grey, moving, options_.max_moving, kMovingSpacingPx, true);
-    add_corners(frame, grey, still, options_.max_background, spacing, false);
+    add_corners(frame, grey, only(moving, counts), options_.max_moving, kMovingSpacingPx, true);
+    add_corners(frame, grey, only(still, counts), options_.max_background, spacing, false);
+  }
+
+  static cv::Mat1b only(const cv::Mat1b& where, const cv::Mat1b& counts) {
+    if (counts.empty()) return where;
+    cv::Mat1b both;
+    cv::bitwise_and(where, counts, both);
+    return both;
   }
 
   void add_corners(int frame, const cv::Mat1b& grey, const cv::Mat1b& where, int max_live, double spacing_px,
@@ -160,13 +167,13 @@ class Follower {
 }  // namespace
 
 std::vector<Track> follow_features(int num_frames, const GreyFrames& grey, const FollowOptions& options,
-                                   const std::function<void(double)>& on_progress) {
+                                   const std::function<void(double)>& on_progress, const FrameMasks& counts) {
   if (num_frames < 2) return {};
   std::optional<cv::Mat1b> plate;
   if (!options.camera_moves) plate = background_plate(num_frames, grey);
   Follower follower(options, std::move(plate));
   for (int frame = 0; frame < num_frames; ++frame) {
-    follower.add_frame(frame, grey(frame));
+    follower.add_frame(frame, grey(frame), counts ? counts(frame) : cv::Mat1b());
     if (on_progress) on_progress((frame + 1.0) / num_frames);
   }
   return follower.finish();

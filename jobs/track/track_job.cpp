@@ -1,5 +1,7 @@
 #include "jobs/track/track_job.h"
 
+#include "jobs/mask_sources.h"
+
 namespace vantage {
 
 std::vector<WorkUnit> TrackJob::split(const ShotState& state, const Params& params) {
@@ -10,7 +12,7 @@ std::vector<WorkUnit> TrackJob::split(const ShotState& state, const Params& para
                      .params = params_to_json(params),
                      .unit = {{"camera", camera.name}, {"moving", camera.moving}},
                      .needs = {"ingest/" + camera.name, "calibrate"},
-                     .sources = {},
+                     .sources = mask_sources(state.shot(), camera),
                      .links = {},
                      .need = {.cores = 1, .ram_mb = 900, .timeout_s = 7200}});
   return units;

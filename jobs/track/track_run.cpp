@@ -4,6 +4,7 @@
 #include "jobs/track/follow.h"
 #include "jobs/track/looks.h"
 #include "jobs/track/track_job.h"
+#include "jobs/vision/camera_mask.h"
 #include "jobs/vision/shot_images.h"
 
 namespace vantage {
@@ -61,9 +62,15 @@ void TrackJob::run(JobContext& context, const Params& params) {
     cv::cvtColor(bgr(frame), out, cv::COLOR_BGR2GRAY);
     return out;
   };
+  const CameraMask mask(context, table);
+  const track::FrameMasks counts = [&](int frame) {
+    if (!mask.exists() || !undistorter) return mask.at(frame);
+    return undistorter->apply_mask(mask.at(frame));
+  };
   TrackSet set{.camera = camera, .width = table.width, .height = table.height, .tracks = {}};
-  set.tracks = track::follow_features(table.num_frames(), grey, options_from(params, context.unit().at("moving")),
-                                      [&](double done) { context.progress(0.9 * done, "following points"); });
+  set.tracks = track::follow_features(
+      table.num_frames(), grey, options_from(params, context.unit().at("moving")),
+      [&](double done) { context.progress(0.9 * done, "following points"); }, counts);
   context.progress(0.9, "describing points");
   track::describe_moving_tracks(set.tracks, table.num_frames(), grey);
   write_tracks(context.out("tracks.bin"), set);

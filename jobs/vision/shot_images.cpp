@@ -2,24 +2,37 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "jobs/vision/camera_mask.h"
 #include "schema/base/error.h"
 
 namespace vantage {
 
-ShotImages::ShotImages(const JobContext& context) : context_(context), calibration_(read_calibration(context.input("calibrate"))) {
+ShotImages::ShotImages(const JobContext& context)
+    : context_(context), calibration_(read_calibration(context.input("calibrate"))) {
   if (context.has_input("align")) clocks_ = read_clocks(context.input("align"));
 }
 
 const FrameTable& ShotImages::table(const std::string& camera) {
   auto found = tables_.find(camera);
-  if (found == tables_.end()) found = tables_.emplace(camera, read_frame_table(context_.input("ingest/" + camera))).first;
+  if (found == tables_.end())
+    found = tables_.emplace(camera, read_frame_table(context_.input("ingest/" + camera))).first;
+  return found->second;
+}
+
+const Undistorter& ShotImages::undistorter(const std::string& camera) {
+  auto found = undistorters_.find(camera);
+  if (found == undistorters_.end()) found = undistorters_.emplace(camera, calibration_.camera(camera)).first;
   return found->second;
 }
 
 cv::Mat ShotImages::bgr(const ImageId& image) {
-  auto found = undistorters_.find(image.camera);
-  if (found == undistorters_.end()) found = undistorters_.emplace(image.camera, Undistorter(calibration_.camera(image.camera))).first;
-  return found->second.apply(read_picture(frame_path(context_.input("ingest/" + image.camera), image.frame)));
+  return undistorter(image.camera)
+      .apply(read_picture(frame_path(context_.input("ingest/" + image.camera), image.frame)));
+}
+
+cv::Mat1b ShotImages::mask(const ImageId& image) {
+  const CameraMask mask(context_, table(image.camera));
+  return mask.exists() ? undistorter(image.camera).apply_mask(mask.at(image.frame)) : cv::Mat1b();
 }
 
 double ShotImages::time_s(const ImageId& image) {

@@ -20,10 +20,13 @@ class ShotImages {
   const RigidTransform& cam_from_world(const ImageId& image) const { return calibration_.pose(image); }
   /// Undistorted, 8-bit BGR. Read anew every time: keep it.
   cv::Mat bgr(const ImageId& image);
+  /// Undistorted like bgr(): 255 where a pixel counts; empty when the job looks at no mask of that camera.
+  cv::Mat1b mask(const ImageId& image);
   double time_s(const ImageId& image);
 
  private:
   const FrameTable& table(const std::string& camera);
+  const Undistorter& undistorter(const std::string& camera);
 
   const JobContext& context_;
   Calibration calibration_;

@@ -131,6 +131,11 @@ cv::Mat Undistorter::apply(const cv::Mat& bgr) const {
   return out;
 }
 
+cv::Mat1b Undistorter::apply_mask(const cv::Mat1b& mask) const {
+  const cv::Mat counts = apply(mask) > 127;
+  return counts;
+}
+
 cv::Point2d distort(const LensModel& lens, const cv::Point2d& normalised) {
   return rational_of(lens).project(normalised);
 }

@@ -15,6 +15,8 @@ class Undistorter {
   explicit Undistorter(const CameraModel& camera);
   /// bgr: 8-bit, in the footage's pixels. Returns the same size as camera.pinhole.
   cv::Mat apply(const cv::Mat& bgr) const;
+  /// mask: 0 or 255, in the footage's pixels; what the lens did not see is 0.
+  cv::Mat1b apply_mask(const cv::Mat1b& mask) const;
   bool is_identity() const { return map_x_.empty(); }
 
  private:

@@ -155,5 +155,17 @@ TEST(TrackSplit, OneJobPerCameraAndOnlyWhenMotionTellsTheClocks) {
   EXPECT_TRUE(TrackJob::split(state, {}).empty());
 }
 
+TEST_F(FollowedScene, NothingIsFollowedWhereAMaskSaysSo) {
+  const auto counts = [](int) {
+    cv::Mat1b mask(180, 320, uchar{255});
+    mask.colRange(0, 200).setTo(0);
+    return mask;
+  };
+  const auto masked = follow_features(camera_->num_frames, grey, {}, {}, counts);
+  EXPECT_GT(masked.size(), 20U);
+  for (const Track& track : masked)
+    for (const auto& px : track.px) EXPECT_GT(px.x(), 200 - 3);
+}
+
 }  // namespace
 }  // namespace vantage::track
