@@ -16,10 +16,10 @@ namespace {
 constexpr int kSampleRateHz = 16000;
 constexpr int kSamplesPerValue = static_cast<int>(kSampleRateHz / kEnvelopeRateHz);
 
-/// When a stream ("v:0", "a:0") starts, on the file's clock; empty when there is no such stream.
-std::optional<double> start_s(const fs::path& video, const std::string& stream, const fs::path& scratch) {
+/// When the first sound track starts, on the file's clock; empty when there is none.
+std::optional<double> sound_start_s(const fs::path& video, const fs::path& scratch) {
   const fs::path answer = scratch / "stream.json";
-  const int status = run_program({"ffprobe", "-v", "quiet", "-select_streams", stream, "-show_entries",
+  const int status = run_program({"ffprobe", "-v", "quiet", "-select_streams", "a:0", "-show_entries",
                                   "stream=start_time", "-of", "json", fs::absolute(video).string()},
                                  {.stdout_file = answer, .stderr_file = {}});
   if (status != 0) return std::nullopt;
@@ -46,15 +46,15 @@ std::vector<double> rms_of(const fs::path& raw_float_samples, double seconds_aft
 
 }  // namespace
 
-std::vector<double> audio_envelope(const fs::path& video, const fs::path& scratch) {
-  const auto sound_s = start_s(video, "a:0", scratch), picture_s = start_s(video, "v:0", scratch);
-  if (!sound_s || !picture_s) return {};
+std::vector<double> audio_envelope(const fs::path& video, double first_picture_s, const fs::path& scratch) {
+  const auto sound_s = sound_start_s(video, scratch);
+  if (!sound_s) return {};
   const fs::path samples = scratch / "sound.f32";
   // A track that breaks off still leaves what could be read, so the exit status does not matter.
   run_program({"ffmpeg", "-v", "error", "-nostdin", "-y", "-i", fs::absolute(video).string(), "-map", "0:a:0", "-ac",
                "1", "-ar", std::to_string(kSampleRateHz), "-f", "f32le", samples.string()},
               {});
-  auto rms = rms_of(samples, *sound_s - *picture_s);
+  auto rms = rms_of(samples, *sound_s - first_picture_s);
   fs::remove(samples);
   return rms;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <set>
 
+#include "jobs/mask_sources.h"
 #include "schema/base/error.h"
 
 namespace vantage {
@@ -45,6 +46,8 @@ WorkUnit unit_of(const Shot& shot, const ShotCamera& camera) {
   unit.name = "ingest/" + camera.name;
   unit.unit = {{"camera", camera.name}, {"stills", is_still(files[0])}};
   if (camera.fps) unit.unit["fps"] = *camera.fps;
+  if (camera.trim_start_s > 0) unit.unit["trim_start_s"] = camera.trim_start_s;
+  if (camera.trim_end_s) unit.unit["trim_end_s"] = *camera.trim_end_s;
   for (const auto& file : files) unit.sources.push_back({fmt::format("footage/{:06d}", unit.sources.size()), file});
   unit.need = {.cores = 1, .ram_mb = 1500, .timeout_s = 4 * 3600};
   return unit;
@@ -79,7 +82,10 @@ bool is_still(const fs::path& file) {
 }
 
 void IngestJob::check(const Shot& shot) {
-  for (const auto& camera : shot.cameras) files_of(shot, camera);
+  for (const auto& camera : shot.cameras) {
+    files_of(shot, camera);
+    mask_sources(shot, camera);
+  }
 }
 
 std::vector<WorkUnit> IngestJob::split(const ShotState& state, const Params&) {

@@ -16,12 +16,12 @@ struct IngestJob {
   };
   static KindSpec spec() {
     return {.name = "ingest",
-            .version = 1,
+            .version = 2,
             .reads = "footage",
             .publishes = "frame table with time stamps, frames, audio envelope",
             .programs = "ffmpeg ffprobe"};
   }
-  /// Every camera's footage must exist: throws Error(BadInput) with the line of shot.toml.
+  /// Every camera's footage and mask must exist: throws Error(BadInput) with the line of shot.toml.
   static void check(const Shot& shot);
   static std::vector<WorkUnit> split(const ShotState& state, const Params& params);
   static void run(JobContext& context, const Params& params);

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cmath>
+#include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -7,6 +9,7 @@
 #include "jobs/ingest/footage.h"
 #include "jobs/ingest/ingest_job.h"
 #include "schema/base/error.h"
+#include "schema/formats/footage_trim.h"
 #include "schema/formats/frame_table.h"
 
 namespace vantage {
@@ -27,35 +30,73 @@ std::unique_ptr<Footage> open_footage(const JobContext& context) {
   std::vector<fs::path> files;
   for (const auto& [name, path] : context.sources()) files.push_back(path);
   check(!files.empty(), "split() gives every camera its footage");
-  if (!context.unit().at("stills").get<bool>()) return open_video(files[0]);
+  if (!context.unit().at("stills").get<bool>()) return open_video(files[0], context.scratch());
   const auto fps = context.unit().contains("fps") ? std::optional(context.unit()["fps"].get<double>()) : std::nullopt;
   return open_stills(std::move(files), fps);
 }
 
-/// Writes all pictures and gives their number and size.
-FrameTable write_frames(JobContext& context, Footage& footage) {
-  FrameTable table{.camera = context.unit().at("camera"), .width = 0, .height = 0, .fps = 0, .pts_s = {}};
+/// What a person wants of the footage, in its own time since its first picture.
+struct Trim {
+  double start_s = 0, end_s = 0;
+  explicit Trim(const Json& unit)
+      : start_s(unit.value("trim_start_s", 0.0)),
+        end_s(unit.value("trim_end_s", std::numeric_limits<double>::infinity())) {}
+};
+
+/// Pictures from start_s until end_s, as frames 0, 1, …; the others do not exist for anybody else.
+struct Written {
+  FrameTable table;
+  FootageTrim trim;
+};
+
+/// A stamp must lie this much before a limit to count as before it: half a microsecond of ffmpeg's rounding.
+constexpr double kSameTimeS = 5e-7;
+
+Written write_frames(JobContext& context, Footage& footage) {
+  Written written;
+  FrameTable& table = written.table;
+  table.camera = context.unit().at("camera");
+  const Trim trim(context.unit());
   const fs::path artifact = context.out("frames.json").parent_path();
   const int num_promised = std::max(1, footage.num_promised());
-  int num_frames = 0;
   for (cv::Mat bgr = footage.next(); !bgr.empty(); bgr = footage.next()) {
+    const double time_s = footage.last_time_s();
+    if (time_s >= trim.end_s - kSameTimeS) break;
+    if (time_s < trim.start_s - kSameTimeS) {
+      ++written.trim.num_before;
+      continue;
+    }
     table.width = bgr.cols, table.height = bgr.rows;
-    const fs::path path = frame_path(artifact, num_frames++);
+    const fs::path path = frame_path(artifact, table.num_frames());
     write(context.out(path.lexically_relative(artifact).string()), bgr);
-    context.progress(0.95 * std::min(1.0, static_cast<double>(num_frames) / num_promised), "frames");
+    table.pts_s.push_back(time_s);
+    context.progress(0.95 * std::min(1.0, static_cast<double>(table.num_frames()) / num_promised), "frames");
   }
-  table.pts_s.resize(static_cast<std::size_t>(num_frames));
-  return table;
+  if (table.pts_s.empty())
+    throw Error(ErrorKind::BadInput,
+                fmt::format("camera '{}': no picture is left between trim_start_s and trim_end_s: its footage has {} "
+                            "pictures up to {:.3f} s, expected trim_start_s before that",
+                            table.camera, written.trim.num_before, footage.last_time_s()));
+  return written;
 }
 
-void set_times(JobContext& context, const Footage& footage, FrameTable& table) {
-  TimeStamps times = footage.times(context.scratch());
-  if (footage.is_truncated())
+/// Times of the frames written, first one 0.
+void set_times(JobContext& context, const Footage& footage, Written& written) {
+  TimeStamps times = footage.times();
+  FrameTable& table = written.table;
+  if (!context.unit().contains("trim_end_s") && footage.is_truncated())
     context.warn(
-        fmt::format("footage is truncated: {} of {} frames are used", table.num_frames(), footage.num_promised()));
+        fmt::format("footage is truncated: {} of {} frames are used", times.pts_s.size(), footage.num_promised()));
   if (times.num_guessed > 0)
-    context.warn(fmt::format("{} of {} frames carry no time stamp: {:g} fps is assumed for them", times.num_guessed,
-                             table.num_frames(), times.fps));
+    context.warn(
+        fmt::format("{} of {} frames carry no time stamp of their own: they are put evenly between the others, "
+                    "at {:g} fps where there are none",
+                    times.num_guessed, times.pts_s.size(), times.fps));
+  const auto first = times.pts_s.begin() + written.trim.num_before;
+  written.trim.start_s = *first;
+  times.pts_s = {first, first + table.num_frames()};
+  for (double& time : times.pts_s) time -= written.trim.start_s;
+  for (const auto& gap : gaps_in(times.pts_s)) context.warn("the footage has a gap: " + gap);
   if (context.unit().contains("fps"))
     if (const std::string sentence = declare_fps(times, context.unit()["fps"]); !sentence.empty())
       context.warn(sentence);
@@ -63,9 +104,11 @@ void set_times(JobContext& context, const Footage& footage, FrameTable& table) {
   table.pts_s = std::move(times.pts_s);
 }
 
-void write_audio(JobContext& context) {
-  const auto rms = audio_envelope(context.sources().begin()->second, context.scratch());
+void write_audio(JobContext& context, double first_picture_s, double duration_s) {
+  auto rms = audio_envelope(context.sources().begin()->second, first_picture_s, context.scratch());
   if (rms.empty()) return;
+  if (context.unit().contains("trim_end_s"))
+    rms.resize(std::min(rms.size(), static_cast<std::size_t>(std::ceil(duration_s * kEnvelopeRateHz))));
   write_json(context.out("audio.json"), {{"rate_hz", kEnvelopeRateHz}, {"rms", rms}});
   context.figure("sound_s", static_cast<double>(rms.size()) / kEnvelopeRateHz);
 }
@@ -82,17 +125,23 @@ void write_preview(JobContext& context, const FrameTable& table) {
 
 void IngestJob::run(JobContext& context, const Params&) {
   const auto footage = open_footage(context);
-  FrameTable table = write_frames(context, *footage);
-  set_times(context, *footage, table);
+  Written written = write_frames(context, *footage);
+  set_times(context, *footage, written);
+  const FrameTable& table = written.table;
+  for (const auto& sentence : footage->warnings()) context.warn(sentence);
   write_frame_table(context.out("frames.json"), table);
+  if (written.trim.num_before > 0) write_footage_trim(context.out("trim.json"), written.trim);
   context.progress(0.97, "sound");
-  if (!context.unit().at("stills").get<bool>()) write_audio(context);
+  const double duration_s = table.pts_s.back() + 1 / table.fps;
+  if (!context.unit().at("stills").get<bool>())
+    write_audio(context, footage->start_on_files_clock_s() + written.trim.start_s, duration_s);
   write_preview(context, table);
   context.figure("frames", table.num_frames());
   context.figure("width_px", table.width);
   context.figure("height_px", table.height);
   context.figure("fps", table.fps);
-  context.figure("duration_s", table.pts_s.back() + 1 / table.fps);
+  context.figure("duration_s", duration_s);
+  context.figure("footage", footage->description());
 }
 
 }  // namespace vantage

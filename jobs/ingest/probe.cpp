@@ -44,12 +44,13 @@ FootageProbe probe_stills(const std::vector<fs::path>& files) {
 }
 
 FootageProbe probe_video(const fs::path& file) {
-  const auto video = open_video(file);
-  const cv::Mat first = video->next();
   const TemporaryFolder scratch;
+  const auto video = open_video(file, scratch.path());
+  const cv::Mat first = video->next();
   const auto packets_s = packet_times_s(file, scratch.path());
   FootageProbe out;
-  out.width = first.cols, out.height = first.rows, out.fps = video->times(scratch.path()).fps;
+  out.warnings = video->warnings();
+  out.width = first.cols, out.height = first.rows, out.fps = video->times().fps;
   const int promised = video->num_promised(), present = static_cast<int>(packets_s.size());
   out.num_frames = present > 0 ? present : promised;
   out.duration_s = present > 0 ? packets_s.back() + 1 / out.fps : promised / out.fps;

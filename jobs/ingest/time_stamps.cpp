@@ -27,10 +27,34 @@ std::optional<double> packet_time(const std::string& line) {
   }
 }
 
-bool has_time_for_each(std::span<const double> packets_s, std::size_t num_frames) {
-  if (packets_s.size() != num_frames) return false;
-  return std::ranges::adjacent_find(packets_s, [](double a, double b) { return !(b > a + kSameTimeS); }) ==
-         packets_s.end();
+double median_interval_s(std::span<const double> pts_s) {
+  std::vector<double> intervals;
+  for (std::size_t k = 1; k < pts_s.size(); ++k) intervals.push_back(pts_s[k] - pts_s[k - 1]);
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  return *middle;
+}
+
+/// Frames of a longest sequence of strictly rising stamps (Fredman 1975: patience sorting), rising.
+std::vector<std::size_t> longest_rise(std::span<const std::optional<double>> told_s) {
+  constexpr auto kNone = static_cast<std::size_t>(-1);
+  std::vector<std::size_t> last_of_length, before(told_s.size(), kNone);
+  for (std::size_t k = 0; k < told_s.size(); ++k) {
+    if (!told_s[k]) continue;
+    const auto place = std::ranges::lower_bound(last_of_length, *told_s[k] - kSameTimeS, {},
+                                                [&](std::size_t frame) { return *told_s[frame]; });
+    if (place != last_of_length.end() && std::abs(*told_s[*place] - *told_s[k]) <= kSameTimeS) continue;
+    if (place != last_of_length.begin()) before[k] = *std::prev(place);
+    if (place == last_of_length.end())
+      last_of_length.push_back(k);
+    else
+      *place = k;
+  }
+  std::vector<std::size_t> rise;
+  for (std::size_t k = last_of_length.empty() ? kNone : last_of_length.back(); k != kNone; k = before[k])
+    rise.push_back(k);
+  std::ranges::reverse(rise);
+  return rise;
 }
 
 }  // namespace
@@ -51,26 +75,39 @@ std::vector<double> packet_times_s(const fs::path& video, const fs::path& scratc
   return times;
 }
 
-TimeStamps time_stamps(std::span<const double> decoder_s, std::span<const double> packets_s, double nominal_fps) {
-  TimeStamps out{.fps = nominal_fps, .pts_s = {}};
-  if (has_time_for_each(packets_s, decoder_s.size())) {
-    out.pts_s.assign(packets_s.begin(), packets_s.end());
-    return out;
-  }
-  // 0 unless the first frames could not be decoded.
-  const double first_s = decoder_s.size() > 1 && decoder_s[0] > 0 && decoder_s[0] < decoder_s[1] ? decoder_s[0] : 0.0;
-  for (const double told_s : decoder_s) {
-    if (out.pts_s.empty()) {
-      out.pts_s.push_back(0);
-      continue;
+TimeStamps time_stamps(std::span<const std::optional<double>> told_s, double declared_fps) {
+  const auto rise = longest_rise(told_s);
+  TimeStamps out{.fps = declared_fps, .pts_s = std::vector<double>(told_s.size())};
+  out.num_guessed = static_cast<int>(told_s.size() - rise.size());
+  for (std::size_t k = 0; k < told_s.size(); ++k) {
+    const auto after = std::ranges::lower_bound(rise, k);
+    if (rise.empty()) {
+      out.pts_s[k] = static_cast<double>(k) / declared_fps;
+    } else if (after == rise.begin()) {
+      out.pts_s[k] = *told_s[*after] - static_cast<double>(*after - k) / declared_fps;
+    } else if (after == rise.end()) {
+      out.pts_s[k] = *told_s[rise.back()] + static_cast<double>(k - rise.back()) / declared_fps;
+    } else {
+      const std::size_t a = *std::prev(after), b = *after;
+      out.pts_s[k] = std::lerp(*told_s[a], *told_s[b], static_cast<double>(k - a) / static_cast<double>(b - a));
     }
-    const double before_s = out.pts_s.back(), time_s = told_s - first_s;
-    const auto packet = std::ranges::upper_bound(packets_s, before_s + first_s + 0.25 / nominal_fps);
-    const bool is_told = time_s > before_s + kSameTimeS, is_in_packets = packet != packets_s.end();
-    out.num_guessed += !is_told && !is_in_packets;
-    out.pts_s.push_back(is_told ? time_s : is_in_packets ? *packet - first_s : before_s + 1 / nominal_fps);
   }
+  for (const double first = out.pts_s.empty() ? 0 : out.pts_s.front(); double& time : out.pts_s) time -= first;
+  if (out.pts_s.size() > 2)
+    if (const double usual = 1 / median_interval_s(out.pts_s); std::abs(usual / declared_fps - 1) > 0.05)
+      out.fps = usual;
   return out;
+}
+
+std::vector<std::string> gaps_in(std::span<const double> pts_s) {
+  std::vector<std::string> gaps;
+  if (pts_s.size() < 3) return gaps;
+  const double longest_s = std::max(0.2, 4 * median_interval_s(pts_s));
+  for (std::size_t k = 1; k < pts_s.size(); ++k)
+    if (pts_s[k] - pts_s[k - 1] > longest_s)
+      gaps.push_back(
+          fmt::format("no picture from {:.3f} s to {:.3f} s (after frame {})", pts_s[k - 1], pts_s[k], k - 1));
+  return gaps;
 }
 
 bool has_constant_rate(std::span<const double> pts_s) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,17 +11,22 @@ namespace vantage {
 struct TimeStamps {
   double fps = 0;  ///< nominal
   std::vector<double> pts_s;
-  int num_guessed = 0;  ///< frames whose time nothing told: one nominal interval after the one before
+  int num_guessed = 0;  ///< frames without a time stamp of their own, or with one that does not rise
 };
 
 /// Presentation times that a video file's packets carry, rising, first one 0; empty when it carries none.
 /// scratch: a folder for a temporary file.
 std::vector<double> packet_times_s(const std::filesystem::path& video, const std::filesystem::path& scratch);
 
-/// One time per decoded frame. When the packets are as many as the frames their times are the truth. Otherwise (the
-/// footage is damaged) decoder_s is, which is wrong for the last few frames: OpenCV 4.6 says 0 for what the decoder
-/// held back, and is off by the decoding delay for the first one.
-TimeStamps time_stamps(std::span<const double> decoder_s, std::span<const double> packets_s, double nominal_fps);
+/// told_s: what the file says of each decoded frame, in order of presentation. Stamps that do not fit a rising order
+/// (twice the same, a jump back) are dropped, as few as possible; frames without one lie evenly between their
+/// neighbours, before the first and behind the last at the nominal rate. declared_fps is the nominal rate unless the
+/// stamps' median interval is more than 5 % off.
+TimeStamps time_stamps(std::span<const std::optional<double>> told_s, double declared_fps);
+
+/// "no picture from 1.2 s to 3.4 s (after frame 30)" for intervals four times the median and 0.2 s at least: the
+/// footage has a gap there.
+std::vector<std::string> gaps_in(std::span<const double> pts_s);
 
 /// Whether all intervals are the same but for rounding to milliseconds.
 bool has_constant_rate(std::span<const double> pts_s);

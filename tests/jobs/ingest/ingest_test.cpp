@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
@@ -10,78 +9,13 @@
 #include "jobs/ingest/ingest_job.h"
 #include "jobs/ingest/probe.h"
 #include "schema/base/error.h"
-#include "schema/base/program.h"
 #include "schema/formats/exr.h"
 #include "schema/formats/frame_table.h"
+#include "tests/jobs/ingest/ingest_shot.h"
 
 namespace vantage {
 namespace {
 namespace fs = std::filesystem;
-
-class Ingest : public testing::Test {
- protected:
-  void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) /
-              fmt::format("ingest-{}-{}", getpid(), testing::UnitTest::GetInstance()->random_seed());
-    fs::create_directories(folder_ / "scratch");
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  /// Numbered pictures: the left half's brightness tells the number.
-  cv::Mat picture(int number, cv::Size size = {96, 64}) const {
-    cv::Mat bgr(size, CV_8UC3, cv::Scalar(40, 80, 160));
-    bgr.colRange(0, size.width / 2).setTo(cv::Scalar::all(8 * number));
-    return bgr;
-  }
-  int number_of(const cv::Mat& bgr) const { return (bgr.at<cv::Vec3b>(bgr.rows / 2, bgr.cols / 4)[1] + 4) / 8; }
-
-  void ffmpeg(std::vector<std::string> words, const fs::path& out) {
-    words.insert(words.begin(), {"ffmpeg", "-v", "error", "-nostdin", "-y"});
-    words.push_back(out.string());
-    ASSERT_EQ(run_program(words, {}), 0);
-  }
-  void write_stills(int num) {
-    for (int k = 0; k < num; ++k) cv::imwrite((folder_ / fmt::format("still{:03d}.png", k)).string(), picture(k));
-  }
-  /// Video of constant rate from num stills.
-  fs::path make_video(const std::string& name, int num, std::vector<std::string> more = {}) {
-    write_stills(num);
-    std::vector<std::string> words{"-framerate", "25", "-i", (folder_ / "still%03d.png").string()};
-    words.insert(words.end(), more.begin(), more.end());
-    words.insert(words.end(),
-                 {"-c:v", "libx264", "-crf", "5", "-pix_fmt", "yuv420p", "-bf", "2", "-movflags", "faststart"});
-    ffmpeg(words, folder_ / name);
-    return folder_ / name;
-  }
-
-  Json run(const std::vector<fs::path>& files, Json unit) {
-    unit["camera"] = "left";
-    unit["stills"] = is_still(files[0]);
-    JobContext::Config config{.unit = unit,
-                              .inputs = {},
-                              .sources = {},
-                              .out_dir = folder_ / "out",
-                              .scratch_dir = folder_ / "scratch",
-                              .on_progress = {}};
-    for (const auto& file : files) config.sources[fmt::format("footage/{:06d}", config.sources.size())] = file;
-    fs::create_directories(config.out_dir);
-    JobContext context(config);
-    IngestJob::run(context, {});
-    return context.figures();
-  }
-  FrameTable table() const { return read_frame_table(folder_ / "out"); }
-  std::string error_of(const std::vector<fs::path>& files) {
-    try {
-      run(files, Json::object());
-    } catch (const Error& e) {
-      EXPECT_EQ(e.kind(), ErrorKind::BadInput);
-      return e.what();
-    }
-    return "no error";
-  }
-
-  fs::path folder_;
-};
 
 TEST_F(Ingest, VariableFrameRateKeepsPresentationTimes) {
   write_stills(12);
@@ -162,7 +96,7 @@ TEST_F(Ingest, SoundEnvelopeStartsWithTheFirstPicture) {
             "lavfi", "-i", "aevalsrc='0.5*sin(2*PI*1000*t)*between(t,0.5,0.6)':d=1", "-c:v", "libx264", "-c:a",
             "pcm_s16le"},
            video);
-    const auto rms = audio_envelope(video, folder_ / "scratch");
+    const auto rms = audio_envelope(video, 0, folder_ / "scratch");
     ASSERT_GE(rms.size(), 95U);
     const auto loud_from = static_cast<std::size_t>(std::lround((0.5 + late_s) * 100));
     for (std::size_t k = 0; k < rms.size(); ++k)
@@ -171,18 +105,17 @@ TEST_F(Ingest, SoundEnvelopeStartsWithTheFirstPicture) {
   }
 }
 
-TEST_F(Ingest, RotationNotedInTheFileIsApplied) {
-  const fs::path plain = make_video("plain.mp4", 3);
-  ffmpeg({"-i", plain.string(), "-c", "copy", "-metadata:s:v", "rotate=90"}, folder_ / "upright.mp4");
-  run({folder_ / "upright.mp4"}, Json::object());
-  EXPECT_EQ(table().width, 64);
-  EXPECT_EQ(table().height, 96);
-}
-
 TEST_F(Ingest, SaysWhatIsWrongWithFootage) {
   EXPECT_NE(error_of({folder_ / "gone.mp4"}).find("gone.mp4: does not exist"), std::string::npos);
   std::ofstream(folder_ / "text.mp4") << std::string(5000, 'x');
   EXPECT_NE(error_of({folder_ / "text.mp4"}).find("is not a video"), std::string::npos);
+  std::ofstream(folder_ / "empty.mp4").close();
+  EXPECT_NE(error_of({folder_ / "empty.mp4"}).find("empty.mp4: is empty (0 bytes), expected a video"),
+            std::string::npos);
+  std::ofstream(folder_ / "empty.png").close();
+  EXPECT_NE(error_of({folder_ / "empty.png"}).find("empty.png: is empty"), std::string::npos);
+  ffmpeg({"-f", "lavfi", "-i", "sine=d=0.2"}, folder_ / "sound.mp4");
+  EXPECT_NE(error_of({folder_ / "sound.mp4"}).find("sound.mp4: has no picture track"), std::string::npos);
   std::ofstream(folder_ / "text.png") << "no picture";
   EXPECT_NE(error_of({folder_ / "text.png"}).find("is not a picture"), std::string::npos);
   cv::imwrite((folder_ / "tiny.png").string(), picture(1, {16, 64}));
@@ -232,21 +165,29 @@ TEST_F(Ingest, SplitNamesTheLineOfMissingFootage) {
   EXPECT_EQ(units[0].sources[1].path, folder_ / "a/cam1/b.png");
 }
 
-TEST(TimeStamps, FillsWhatTheDecoderHeldBack) {
-  const std::vector<double> decoder{-0.08, 0.04, 0.08, 0, 0}, packets{0, 0.04, 0.08, 0.13, 0.2, 0.24};
-  const TimeStamps times = time_stamps(decoder, packets, 25);
-  EXPECT_EQ(times.pts_s, (std::vector<double>{0, 0.04, 0.08, 0.13, 0.2}));
-  EXPECT_EQ(times.num_guessed, 0);
+TEST(TimeStamps, StampsThatDoNotRiseAreReplaced) {
+  const std::vector<std::optional<double>> told{0.0, 0.04, 0.04, 0.12, std::nullopt, 9.0, 0.24, 0.28, std::nullopt};
+  const TimeStamps times = time_stamps(told, 25);
+  const std::vector<double> expected{0, 0.04, 0.08, 0.12, 0.16, 0.20, 0.24, 0.28, 0.32};
+  for (std::size_t k = 0; k < expected.size(); ++k) EXPECT_NEAR(times.pts_s[k], expected[k], 1e-12) << k;
+  EXPECT_EQ(times.num_guessed, 4);
 }
 
-TEST(TimeStamps, GuessesFromTheRateWhereNothingTells) {
-  const TimeStamps times = time_stamps(std::vector<double>{0, 0, 0}, {}, 25);
-  EXPECT_EQ(times.num_guessed, 2);
+TEST(TimeStamps, RateCountsWhereNothingTells) {
+  const TimeStamps times = time_stamps(std::vector<std::optional<double>>(3), 25);
+  EXPECT_EQ(times.num_guessed, 3);
   EXPECT_NEAR(times.pts_s[2], 0.08, 1e-12);
 }
 
+TEST(TimeStamps, GapDoesNotSpoilTheNominalRate) {
+  const std::vector<std::optional<double>> told{0.0, 0.04, 0.08, 2.0, 2.04, 2.08};
+  const TimeStamps times = time_stamps(told, 6 / 2.12);
+  EXPECT_NEAR(times.fps, 25, 1e-9);
+  EXPECT_EQ(gaps_in(times.pts_s), std::vector<std::string>{"no picture from 0.080 s to 2.000 s (after frame 2)"});
+}
+
 TEST(TimeStamps, DeclaredRateDoesNotFlattenAVariableOne) {
-  TimeStamps times{.fps = 25, .pts_s = {0, 0.04, 0.2, 0.24}};
+  TimeStamps times{.fps = 25, .pts_s = {0, 0.04, 0.2, 0.24}, .num_guessed = 0};
   EXPECT_NE(declare_fps(times, 30).find("varies"), std::string::npos);
   EXPECT_EQ(times.pts_s[2], 0.2);
 }
