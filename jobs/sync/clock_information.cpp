@@ -4,7 +4,9 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 
 namespace vantage::sync {
 namespace {
@@ -46,6 +48,17 @@ Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& H) {
       solver.eigenvalues().unaryExpr([](double x) { return x > kNoDirection ? 1 / x : 0.0; });
   return scale.asDiagonal() * solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose() *
          scale.asDiagonal();
+}
+
+/// Runs of neighbouring points, at one time, err together by what they share: shading, perspective, a thing's bending.
+/// Scores of one cell of this size are summed before they are squared (Liang & Zeger 1986).
+constexpr double kCellPx = 40, kCellS = 2;
+using Cell = std::array<long, 3>;
+
+Cell cell_of(const PathRun& run) {
+  const std::size_t middle = run.a.size() / 2;
+  return {std::lround(run.a[middle].x() / kCellPx), std::lround(run.a[middle].y() / kCellPx),
+          std::lround(run.times_a_s[middle] / kCellS)};
 }
 
 struct RunTerm {
@@ -123,12 +136,13 @@ std::optional<ClockInformation> clock_information(JointState state, const JointD
   const Eigen::MatrixXd real = S - feigned_information(state, data, terms).topLeftCorner(clocks, clocks);
   if (!(real(0, 0) > kMinInformation * S(0, 0)) || !(real.determinant() > 0)) return std::nullopt;
 
-  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(clocks, clocks);
+  std::map<Cell, Eigen::VectorXd> scores;
   ClockInformation out;
   double sum = 0, sum2 = 0;
-  for (const RunTerm& term : terms) {
-    const Eigen::VectorXd score = along.transpose() * term.g;
-    spread += score * score.transpose();
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    const RunTerm& term = terms[i];
+    scores.try_emplace(cell_of(data.runs[i]), Eigen::VectorXd::Zero(clocks)).first->second +=
+        along.transpose() * term.g;
     const double information = along.col(0).dot(term.H * along.col(0));
     sum += information;
     sum2 += information * information;
@@ -137,6 +151,11 @@ std::optional<ClockInformation> clock_information(JointState state, const JointD
   out.effective_runs = sum2 > 0 ? sum * sum / sum2 : 0;
   const Eigen::MatrixXd inverse = real.inverse();
   const Eigen::MatrixXd fisher = inverse * S * inverse * std::max(1.0, chi2 / std::max(num, 1.0));
+  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(clocks, clocks);
+  for (const auto& [cell, score] : scores) spread += score * score.transpose();
+  // As many unknowns as were fitted make the scores smaller than they are.
+  const auto num_cells = static_cast<double>(scores.size());
+  spread *= num_cells / std::max(1.0, num_cells - static_cast<double>(size));
   const Eigen::MatrixXd sandwich = inverse * spread * inverse;
   const Eigen::MatrixXd covariance = sandwich(0, 0) > fisher(0, 0) ? sandwich : fisher;
   Eigen::MatrixXd units = Eigen::MatrixXd::Identity(clocks, clocks);

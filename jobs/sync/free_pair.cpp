@@ -75,7 +75,11 @@ double mid_offset_s(const JointFit& fit, double time_b_s) { return fit.clock.off
 
 std::optional<JointFit> fit_mode(const FreePairInput& in, const FreeMode& mode) {
   JointOptions options{.lens_a = in.lens_a, .lens_b = in.lens_b};
-  const auto fit = fit_jointly(in.pairs, in.still, mode.F, mode.offset_s, 1, options);
+  auto fit = fit_jointly(in.pairs, in.still, mode.F, mode.offset_s, 1, options);
+  if (!fit) {  // eight points may fix F and be far from any E: lenses are then no help
+    options.lens_a = options.lens_b = std::nullopt;
+    fit = fit_jointly(in.pairs, in.still, mode.F, mode.offset_s, 1, options);
+  }
   const double overlap_s = in.range.overlap_s(fit ? fit->clock.offset_s : mode.offset_s);
   if (overlap_s < kMinRateOverlapS) return fit;
   options.estimate_rate = true;

@@ -1,7 +1,11 @@
 #include "jobs/sync/motion_offset.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+
+#include "jobs/sync/free_offset.h"
 
 namespace vantage::sync {
 namespace {
@@ -10,7 +14,6 @@ constexpr int kCandidatesPerTrack = 4;
 constexpr double kMaxLookDistance = 0.9;
 constexpr double kScanEpipolarPx = 3;
 constexpr double kRefinedScanEpipolarPx = 1.5;
-constexpr double kMaxFundamentalPx = 1.5;
 /// A rate can be told from an offset only over a long time.
 constexpr double kMinRateOverlapS = 20;
 constexpr double kMaxFitStepFrames = 2;
@@ -87,17 +90,6 @@ void answer_by_epipolar_fit(MotionAnswer& answer, const MotionInput& in, const s
   judge_fit(answer.offset, answer.fit, contrast, limits);
 }
 
-void answer_by_nine_points(MotionAnswer& answer, const MotionInput& in, const std::vector<TrackMatch>& matches,
-                           const Coarse& coarse, const VerdictLimits& limits) {
-  const double frame_b_s = frame_interval_s(in.table_b);
-  const auto pairs =
-      refine_matches(in.a, in.b, mutual_only(matches), in.table_a, in.table_b, in.grey_a, in.grey_b, coarse.offset_s);
-  const auto groups = moving_samples(pairs, in.table_a, coarse.offset_s, frame_b_s, in.static_cameras);
-  answer.contrast = coarse.codes.contrast;
-  answer.num_matches = pairs.size();
-  judge_subframe(answer.offset, coarse.codes, vote_subframe(groups, kMaxFundamentalPx), frame_b_s, limits);
-}
-
 /// The scan's best mode as a vote, for the ways that judge votes.
 CodeVote as_vote(const OffsetScan& scan, std::size_t num_matches) {
   if (scan.modes.empty()) return {};
@@ -110,8 +102,8 @@ MotionAnswer offset_from_motion(const MotionInput& in, const SyncJob::Params& pa
   MotionAnswer answer;
   const bool by_geometry = in.geometry && params.coarse == "epipolar";
   const bool fit = in.geometry && params.subframe == "epipolar";
-  answer.offset.method =
-      std::string("motion/") + (by_geometry ? "epipolar" : "codes") + "/" + (fit ? "epipolar" : "fundamental");
+  const std::string subframe = fit || params.subframe != "epipolar" ? params.subframe : "joint";
+  answer.offset.method = fmt::format("motion/{}/{}", params.coarse, subframe);
   if (in.a.empty() || in.b.empty()) {
     undetermined(answer.offset, "a camera has no moving tracks");
     return answer;
@@ -132,17 +124,21 @@ MotionAnswer offset_from_motion(const MotionInput& in, const SyncJob::Params& pa
   if (by_geometry) {
     coarse.scan = scan_offsets(in.a, in.b, matches, *in.geometry, coarse.scan.range, kScanEpipolarPx);
     coarse.codes = as_vote(coarse.scan, matches.size());
-  } else {
+  } else if (params.coarse == "codes") {
     coarse.codes = vote_by_codes(in.a, in.b, mutual_only(matches), coarse.scan.range);
+  }
+  if (!fit) {
+    const bool coarse_known = by_geometry || params.coarse == "codes";
+    answer_without_poses(answer, in, matches, subframe, coarse_known ? std::optional(coarse.codes) : std::nullopt,
+                         coarse.scan.range, limits);
+    return answer;
   }
   coarse.offset_s = coarse.codes.offset_s;
   answer.scan = coarse.scan;
   if (coarse.codes.num_inliers == 0)
     undetermined(answer.offset, "no offset is better than the others");
-  else if (fit)
-    answer_by_epipolar_fit(answer, in, matches, coarse, limits);
   else
-    answer_by_nine_points(answer, in, matches, coarse, limits);
+    answer_by_epipolar_fit(answer, in, matches, coarse, limits);
   return answer;
 }
 

@@ -1,4 +1,7 @@
 #pragma once
+#include <map>
+#include <string>
+
 #include "jobs/sync/cross_view.h"
 #include "jobs/sync/sync_job.h"
 #include "jobs/sync/verdict.h"
@@ -9,7 +12,8 @@ namespace vantage::sync {
 struct MotionInput {
   FrameTable table_a, table_b;
   std::vector<TimedTrack> a, b;
-  std::optional<PairGeometry> geometry;  ///< empty: not calibrated
+  std::optional<PairGeometry> geometry;   ///< empty: not calibrated
+  std::optional<Pinhole> lens_a, lens_b;  ///< known lenses, also of cameras that have no pose
   bool static_cameras = true;
   GreyFrames grey_a, grey_b;
 };
@@ -19,6 +23,7 @@ struct MotionAnswer {
   PairOffset offset;
   OffsetScan scan;
   std::optional<OffsetFit> fit;
+  std::map<std::string, double> figures;  ///< more for the job's report
   std::size_t num_matches = 0;
   double contrast = 0;
 };

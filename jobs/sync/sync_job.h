@@ -19,13 +19,12 @@ struct SyncJob {
       field("method", method, OneOf{{"motion", "audio", "known"}},
             "motion: from things that move; audio: from sound; known: start_s of every camera");
       field("coarse", coarse, OneOf{{"epipolar", "codes"}},
-            "frame-accurate step. epipolar: offset at which most tracks meet their epipolar lines; codes: binary codes "
-            "of "
-            "extremal points, needs no calibration");
-      field("subframe", subframe, OneOf{{"epipolar", "fundamental"}},
-            "subframe step. epipolar: robust fit with the calibrated cameras; fundamental: det M(a) = 0 from nine "
-            "tracks, "
-            "needs no calibration");
+            "frame-accurate step. epipolar: offset at which most tracks meet their epipolar lines (of cameras without "
+            "poses: lines that are sought at each offset); codes: binary codes of extremal points");
+      field("subframe", subframe, OneOf{{"epipolar", "joint", "fundamental", "mean"}},
+            "subframe step. epipolar: robust fit with the calibrated cameras, joint where a pose is missing; joint: "
+            "pose and clock together; fundamental: det M(a) = 0 from many nines of tracks, what most agree with; mean: "
+            "mean of those roots, as first published (biased)");
       field("max_offset_s", max_offset_s, Range{0.01, 3600}, "first frames of two cameras lie at most this far apart");
       field("max_std_frames", max_std_frames, Range{0.01, 5}, "an offset less certain than this is undetermined");
       field("min_tracks", min_tracks, Range{2, 1000},

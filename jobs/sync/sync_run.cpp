@@ -61,6 +61,12 @@ sync::MotionInput read_input(const JobContext& context, const std::string& a, co
   if (sync::is_calibrated(calibration, a) && sync::is_calibrated(calibration, b))
     in.geometry.emplace(sync::CameraPath(calibration, in.table_a, moving_a),
                         sync::CameraPath(calibration, in.table_b, moving_b));
+  const auto lens_of = [&](const std::string& camera) {
+    const bool known = calibration.cameras.contains(camera);
+    return known ? std::optional(calibration.camera(camera).pinhole) : std::nullopt;
+  };
+  in.lens_a = lens_of(a);
+  in.lens_b = lens_of(b);
   in.static_cameras = !moving_a && !moving_b;
   in.grey_a = grey_frames(context, calibration, a);
   in.grey_b = grey_frames(context, calibration, b);
@@ -81,6 +87,7 @@ void run_motion(JobContext& context, const SyncJob::Params& params) {
   publish(context, answer.offset);
   context.figure("matches", answer.num_matches);
   context.figure("contrast", std::min(answer.contrast, 1e3));
+  for (const auto& [name, value] : answer.figures) context.figure(name, value);
   if (answer.fit) {
     context.figure("noise_px", answer.fit->noise_px);
     context.figure("bias_px", answer.fit->bias_px);

@@ -11,6 +11,8 @@ constexpr double kMinCorrelation = 0.5;
 constexpr double kMinAudioContrast = 1.1;
 /// Of all samples, so many must agree with the best root's geometry: a wrong one gets about a third by chance.
 constexpr double kMinInlierShare = 0.4;
+/// From the frame-accurate step to the roots: it is a frame off at most, and the roots a frame more.
+constexpr double kMaxMoveFrames = 2;
 constexpr double kUnknownStdS = 1e3;
 
 }  // namespace
@@ -49,8 +51,8 @@ void judge_subframe(PairOffset& offset, const CodeVote& coarse, const std::optio
   offset.num_inliers = coarse.num_inliers;
   if (coarse.num_inliers < limits.min_tracks) return undetermined(offset, "too few trajectories have matching codes");
   if (!vote) return undetermined(offset, "no nine trajectories agree on a subframe offset");
-  offset.offset_s = coarse.offset_s - vote->fraction * frame_b_s;
-  offset.std_s = vote->std * frame_b_s;
+  offset.offset_s = vote->offset_s;
+  offset.std_s = vote->std_s;
   offset.num_inliers = vote->num_inliers;
   if (coarse.contrast < limits.min_contrast)
     return undetermined(offset,
@@ -60,10 +62,29 @@ void judge_subframe(PairOffset& offset, const CodeVote& coarse, const std::optio
   if (vote->inlier_share < kMinInlierShare)
     return undetermined(offset,
                         fmt::format("only {:.0f} % of the points agree with one geometry", 100 * vote->inlier_share));
-  if (std::abs(vote->fraction) > 1.5) return undetermined(offset, "codes and roots disagree by over a frame");
+  const double moved_frames = (vote->offset_s - coarse.offset_s) / frame_b_s;
+  if (std::abs(moved_frames) > kMaxMoveFrames)
+    return undetermined(offset, fmt::format("the roots lie {:+.1f} frames from the frame-accurate step", moved_frames));
   offset.determined = true;
   offset.verdict = fmt::format("{:+.4f} s ± {:.1f} ms from {} roots of det M(a) = 0", offset.offset_s,
                                1e3 * offset.std_s, vote->num_roots);
+}
+
+void judge_mean(PairOffset& offset, const CodeVote& coarse, const std::optional<MeanOfRoots>& mean,
+                const VerdictLimits& limits) {
+  offset.offset_s = coarse.offset_s;
+  offset.num_inliers = coarse.num_inliers;
+  if (!mean) return undetermined(offset, "no two frames have twelve trajectories in common");
+  offset.offset_s = mean->offset_s;
+  offset.std_s = mean->std_s;
+  if (coarse.contrast < limits.min_contrast)
+    return undetermined(offset,
+                        fmt::format("another frame's codes match nearly as well (contrast {:.2f})", coarse.contrast));
+  if (mean->std_s > limits.max_std_frames * limits.frame_s)
+    return undetermined(offset, fmt::format("the frames' roots scatter: mean ± {:.1f} ms", 1e3 * mean->std_s));
+  offset.determined = true;
+  offset.verdict = fmt::format("{:+.4f} s ± {:.1f} ms, mean of the roots of {} frames (biased)", mean->offset_s,
+                               1e3 * mean->std_s, mean->num_frames);
 }
 
 void judge_audio(PairOffset& offset, const std::optional<AudioOffset>& audio) {

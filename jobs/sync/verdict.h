@@ -19,6 +19,8 @@ struct VerdictLimits {
 void judge_fit(PairOffset& offset, const std::optional<OffsetFit>& fit, double contrast, const VerdictLimits& limits);
 void judge_subframe(PairOffset& offset, const CodeVote& coarse, const std::optional<SubframeVote>& vote,
                     double frame_b_s, const VerdictLimits& limits);
+void judge_mean(PairOffset& offset, const CodeVote& coarse, const std::optional<MeanOfRoots>& mean,
+                const VerdictLimits& limits);
 void judge_audio(PairOffset& offset, const std::optional<AudioOffset>& audio);
 /// Nothing could be computed: why.
 void undetermined(PairOffset& offset, const std::string& why);
