@@ -33,6 +33,16 @@ FreePairAnswer solve_twice(FreePairInput& input, const MotionInput& in, const st
   return solve_free_pair(input);
 }
 
+std::optional<TimeJump> jump_of(const MotionInput& in, const std::vector<PathPair>& pairs, const JointFit& fit) {
+  return find_time_jump({.pairs = pairs,
+                         .residual = residual_by(fit.F),
+                         .offset_s = fit.clock.offset_s,
+                         .rate = fit.clock.rate,
+                         .std_px = std::hypot(fit.clock.noise_px, fit.clock.bias_px),
+                         .frame_a_s = frame_interval_s(in.table_a),
+                         .frame_b_s = frame_interval_s(in.table_b)});
+}
+
 void note_nine_points(MotionAnswer& answer, const std::optional<SubframeVote>& vote,
                       const std::optional<MeanOfRoots>& mean) {
   if (vote) answer.figures["fundamental_offset_s"] = vote->offset_s;
@@ -75,7 +85,12 @@ void answer_without_poses(MotionAnswer& answer, const MotionInput& in, const std
     answer.num_matches = pairs.size();
     return answer_by_nine_points(answer, in, pairs, input.still, subframe, *coarse, limits);
   }
-  const FreePairAnswer free = solve_twice(input, in, mutual);
+  FreePairAnswer free = solve_twice(input, in, mutual);
+  if (free.fit) answer.jump = jump_of(in, input.pairs, *free.fit);
+  if (answer.jump) {
+    input.pairs = longer_piece(input.pairs, *answer.jump);
+    free = solve_free_pair(input);
+  }
   answer.num_matches = input.pairs.size();
   answer.scan = free.scan.curve;
   answer.contrast = free.lead;

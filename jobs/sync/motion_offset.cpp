@@ -64,6 +64,16 @@ Refined refine_at(const MotionInput& in, const std::vector<TrackMatch>& matches,
   return out;
 }
 
+std::optional<TimeJump> jump_of(const MotionInput& in, const std::vector<PathPair>& pairs, const OffsetFit& fit) {
+  return find_time_jump({.pairs = pairs,
+                         .residual = residual_by(*in.geometry),
+                         .offset_s = fit.offset_s,
+                         .rate = fit.rate,
+                         .std_px = std::hypot(fit.noise_px, fit.bias_px),
+                         .frame_a_s = frame_interval_s(in.table_a),
+                         .frame_b_s = frame_interval_s(in.table_b)});
+}
+
 void answer_by_epipolar_fit(MotionAnswer& answer, const MotionInput& in, const std::vector<TrackMatch>& matches,
                             const Coarse& coarse, const VerdictLimits& limits) {
   const auto mutual = mutual_only(matches);
@@ -84,7 +94,13 @@ void answer_by_epipolar_fit(MotionAnswer& answer, const MotionInput& in, const s
   } else {
     contrast = 0;
   }
-  answer.fit = fit_pairs(refined.pairs, in, coarse.scan.range.overlap_s(start_s), start_s, limits.frame_s);
+  const double overlap_s = coarse.scan.range.overlap_s(start_s);
+  answer.fit = fit_pairs(refined.pairs, in, overlap_s, start_s, limits.frame_s);
+  if (answer.fit) answer.jump = jump_of(in, refined.pairs, *answer.fit);
+  if (answer.jump) {
+    start_s = answer.fit->offset_s + (answer.jump->longer_is_before ? answer.jump->before_s : answer.jump->after_s);
+    answer.fit = fit_pairs(longer_piece(refined.pairs, *answer.jump), in, overlap_s, start_s, limits.frame_s);
+  }
   answer.contrast = contrast;
   answer.num_matches = refined.pairs.size();
   judge_fit(answer.offset, answer.fit, contrast, limits);

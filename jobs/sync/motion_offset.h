@@ -4,6 +4,7 @@
 
 #include "jobs/sync/cross_view.h"
 #include "jobs/sync/sync_job.h"
+#include "jobs/sync/time_jumps.h"
 #include "jobs/sync/verdict.h"
 
 namespace vantage::sync {
@@ -24,6 +25,7 @@ struct MotionAnswer {
   OffsetScan scan;
   std::optional<OffsetFit> fit;
   std::map<std::string, double> figures;  ///< more for the job's report
+  std::optional<TimeJump> jump;           ///< the offset is that of its longer side
   std::size_t num_matches = 0;
   double contrast = 0;
 };

@@ -84,6 +84,11 @@ void run_motion(JobContext& context, const SyncJob::Params& params) {
   sync::MotionAnswer answer = sync::offset_from_motion(input, params);
   answer.offset.a = names.a;
   answer.offset.b = names.b;
+  if (answer.jump) {
+    const std::string lost = sync::describe(*answer.jump, names.a, names.b);
+    context.warn(lost);
+    answer.offset.verdict += "; " + lost;
+  }
   publish(context, answer.offset);
   context.figure("matches", answer.num_matches);
   context.figure("contrast", std::min(answer.contrast, 1e3));
