@@ -7,15 +7,17 @@
 #include <opencv2/video/tracking.hpp>
 #include <optional>
 
+#include "jobs/calibrate/smooth_path.h"
 #include "jobs/vision/undistort.h"
 #include "schema/base/error.h"
 
 namespace vantage {
 namespace {
 
-constexpr int kMinPoints = 12;        // PnP needs 4; fewer than this are one object's or chance
-constexpr double kMaxErrorPx = 2.0;   // KLT drift over a key frame's interval stays well below
-constexpr double kMaxReturnPx = 0.7;  // a point followed there and back must come home
+constexpr int kMinPoints = 12;         // PnP needs 4; fewer than this are one object's or chance
+constexpr double kMaxErrorPx = 2.0;    // KLT drift over a key frame's interval stays well below
+constexpr double kLeastNoisePx = 0.1;  // followed points are never surer
+constexpr double kMaxReturnPx = 0.7;   // a point followed there and back must come home
 
 /// Points of the model and where they are in one picture, in undistorted pixels (OpenCV's: centres at integers).
 struct Seen {
@@ -52,7 +54,36 @@ Seen follow(const Seen& seen, const cv::Mat& from, const cv::Mat& to) {
   return out;
 }
 
-std::optional<RigidTransform> place(const Seen& seen, const Pinhole& pinhole) {
+/// Derivative of a point's pixel by the pose's (turn, shift), see MeasuredPose.
+Eigen::Matrix<double, 2, 6> pixel_by_pose(const Eigen::Vector3d& p, const Pinhole& pinhole) {
+  Eigen::Matrix<double, 2, 3> by_point;
+  by_point << pinhole.fx / p.z(), 0, -pinhole.fx * p.x() / (p.z() * p.z()), 0, pinhole.fy / p.z(),
+      -pinhole.fy * p.y() / (p.z() * p.z());
+  Eigen::Matrix3d cross;
+  cross << 0, -p.z(), p.y(), p.z(), 0, -p.x(), -p.y(), p.x(), 0;
+  Eigen::Matrix<double, 2, 6> out;
+  out << -by_point * cross, by_point;
+  return out;
+}
+
+/// The pose with what its points say of it, their noise taken from how well they fit.
+MeasuredPose with_information(const Seen& seen, const Pinhole& pinhole, const RigidTransform& pose) {
+  MeasuredPose out{.cam_from_world = pose};
+  double sum_squares = 0;
+  for (std::size_t i = 0; i < seen.points.size(); ++i) {
+    const Eigen::Vector3d p = pose * Eigen::Vector3d(seen.points[i].x, seen.points[i].y, seen.points[i].z);
+    const Eigen::Vector2d px = pinhole.project(p);
+    sum_squares += std::pow(px.x() - 0.5 - static_cast<double>(seen.px[i].x), 2) +
+                   std::pow(px.y() - 0.5 - static_cast<double>(seen.px[i].y), 2);
+    const auto J = pixel_by_pose(p, pinhole);
+    out.information += J.transpose() * J;
+  }
+  const double variance = sum_squares / std::max(1.0, 2 * static_cast<double>(seen.points.size()) - 6);
+  out.information /= std::max(variance, kLeastNoisePx * kLeastNoisePx);
+  return out;
+}
+
+std::optional<MeasuredPose> place(const Seen& seen, const Pinhole& pinhole) {
   if (seen.points.size() < kMinPoints) return std::nullopt;
   const cv::Matx33d K(pinhole.fx, 0, pinhole.cx - 0.5, 0, pinhole.fy, pinhole.cy - 0.5, 0, 0, 1);
   cv::Mat turn, shift, inliers;
@@ -72,7 +103,7 @@ std::optional<RigidTransform> place(const Seen& seen, const Pinhole& pinhole) {
   RigidTransform pose;
   cv::cv2eigen(rotation, pose.R);
   cv::cv2eigen(shift, pose.t);
-  return pose;
+  return with_information(good, pinhole, pose);
 }
 
 RigidTransform between(const RigidTransform& a, const RigidTransform& b, double share_of_b) {
@@ -83,22 +114,24 @@ RigidTransform between(const RigidTransform& a, const RigidTransform& b, double 
   return out;
 }
 
-void fill_gaps(FramePoses& poses, int num_frames) {
-  const auto placed = poses.cam_from_world;
+/// A pose for every frame: where none was found one between or beside its neighbours, without information.
+std::vector<MeasuredPose> without_gaps(const std::map<int, MeasuredPose>& placed, int num_frames) {
+  std::vector<MeasuredPose> out;
   for (int frame = 0; frame < num_frames; ++frame) {
     const auto after = placed.lower_bound(frame);
-    if (after != placed.end() && after->first == frame) continue;
-    ++poses.num_interpolated;
-    if (after == placed.begin())
-      poses.cam_from_world[frame] = after->second;
+    if (after != placed.end() && after->first == frame)
+      out.push_back(after->second);
+    else if (after == placed.begin())
+      out.push_back({.cam_from_world = after->second.cam_from_world});
     else if (after == placed.end())
-      poses.cam_from_world[frame] = placed.rbegin()->second;
+      out.push_back({.cam_from_world = placed.rbegin()->second.cam_from_world});
     else {
       const auto before = std::prev(after);
       const double share = static_cast<double>(frame - before->first) / (after->first - before->first);
-      poses.cam_from_world[frame] = between(before->second, after->second, share);
+      out.push_back({.cam_from_world = between(before->second.cam_from_world, after->second.cam_from_world, share)});
     }
   }
+  return out;
 }
 
 /// The pictures and key frames of one camera, between two neighbouring key frames at a time.
@@ -111,8 +144,13 @@ class Placer {
         pinhole_(undistorted_pinhole(model.lenses.at(camera))),
         undistorter_({.name = camera, .id = 0, .pinhole = pinhole_, .filmed = model.lenses.at(camera)}) {}
 
+  /// A key frame's pose, as sure as the points that it holds make it.
+  MeasuredPose key_pose(const ImageId& image) const {
+    return with_information(seen_in_key_frame(model_, image, pinhole_), pinhole_, model_.cam_from_world.at(image));
+  }
+
   /// Places frames first..last; from_first and from_last: whether these are key frames to start from.
-  void place_span(int first, int last, bool from_first, bool from_last, std::map<int, RigidTransform>& out) {
+  void place_span(int first, int last, bool from_first, bool from_last, std::map<int, MeasuredPose>& out) {
     std::vector<cv::Mat> grey;
     for (int frame = first; frame <= last; ++frame) grey.push_back(picture(frame));
     std::vector<Seen> seen(grey.size());
@@ -150,32 +188,36 @@ class Placer {
 
 }  // namespace
 
-FramePoses place_frames(const SparseModel& model, const std::string& camera, int num_frames,
+FramePoses place_frames(const SparseModel& model, const std::string& camera, const std::vector<double>& times_s,
                         const std::function<cv::Mat(int)>& frame_bgr) {
-  FramePoses out;
+  const int num_frames = static_cast<int>(times_s.size());
+  Placer placer(model, camera, frame_bgr);
+  std::map<int, MeasuredPose> placed;
   std::vector<int> keys;
   for (const auto& [image, pose] : model.cam_from_world)
     if (image.camera == camera) {
       keys.push_back(image.frame);
-      out.cam_from_world[image.frame] = pose;
+      placed[image.frame] = placer.key_pose(image);
     }
   check(!keys.empty(), "a camera is placed from its key frames");
-  Placer placer(model, camera, frame_bgr);
   // A long gap without key frames would hold too many pictures in memory, and drift: beyond this it is interpolated.
   constexpr int kMaxSpan = 90;
-  if (keys.front() > 0)
-    placer.place_span(std::max(0, keys.front() - kMaxSpan), keys.front(), false, true, out.cam_from_world);
+  if (keys.front() > 0) placer.place_span(std::max(0, keys.front() - kMaxSpan), keys.front(), false, true, placed);
   for (std::size_t k = 0; k + 1 < keys.size(); ++k) {
     if (keys[k + 1] - keys[k] <= 2 * kMaxSpan) {
-      placer.place_span(keys[k], keys[k + 1], true, true, out.cam_from_world);
+      placer.place_span(keys[k], keys[k + 1], true, true, placed);
       continue;
     }
-    placer.place_span(keys[k], keys[k] + kMaxSpan, true, false, out.cam_from_world);
-    placer.place_span(keys[k + 1] - kMaxSpan, keys[k + 1], false, true, out.cam_from_world);
+    placer.place_span(keys[k], keys[k] + kMaxSpan, true, false, placed);
+    placer.place_span(keys[k + 1] - kMaxSpan, keys[k + 1], false, true, placed);
   }
   if (keys.back() + 1 < num_frames)
-    placer.place_span(keys.back(), std::min(num_frames - 1, keys.back() + kMaxSpan), true, false, out.cam_from_world);
-  fill_gaps(out, num_frames);
+    placer.place_span(keys.back(), std::min(num_frames - 1, keys.back() + kMaxSpan), true, false, placed);
+  std::vector<MeasuredPose> path = without_gaps(placed, num_frames);
+  smooth_path(times_s, path);
+  FramePoses out{.cam_from_world = {}, .num_interpolated = num_frames - static_cast<int>(placed.size())};
+  for (int frame = 0; frame < num_frames; ++frame)
+    out.cam_from_world[frame] = path[static_cast<std::size_t>(frame)].cam_from_world;
   return out;
 }
 

@@ -66,7 +66,7 @@ void spread_poses(const SparseModel& model, const FilmedCamera& camera, const Fr
       out.calibration.cam_from_world[{table.camera, frame}] = model.cam_from_world.at({table.camera, 0});
     return;
   }
-  const FramePoses poses = place_frames(model, table.camera, table.num_frames(), [&](int frame) {
+  const FramePoses poses = place_frames(model, table.camera, table.pts_s, [&](int frame) {
     return read({table.camera, frame});
   });
   for (const auto& [frame, pose] : poses.cam_from_world) out.calibration.cam_from_world[{table.camera, frame}] = pose;
