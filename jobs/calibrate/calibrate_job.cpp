@@ -36,7 +36,7 @@ std::vector<Source> model_sources(const Shot& shot, const std::string& model) {
 
 /// What of the params a method reads: only that may be in the job's key.
 Json params_that_matter(const CalibrateJob::Params& params) {
-  if (params.method == "known") return {{"method", "known"}};
+  if (params.method == "known") return {{"method", "known"}, {"match_colour", params.match_colour}};
   Json out = params_to_json(params);
   out.erase("model");
   return out;

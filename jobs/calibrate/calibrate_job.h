@@ -20,6 +20,7 @@ struct CalibrateJob {
     int max_features = 4096;
     int max_key_frames = 30;
     double max_reproj_error_px = 4;
+    bool match_colour = true;
     void fields(auto&& field) {
       field("method", method, OneOf{{"colmap", "known"}}, "colmap: from the pictures; known: from a COLMAP text model");
       field("model", model, Any{},
@@ -35,11 +36,13 @@ struct CalibrateJob {
       field("max_key_frames", max_key_frames, Range{3, 300},
             "pictures of a moving camera that are calibrated together; the others are placed between them");
       field("max_reproj_error_px", max_reproj_error_px, Range{0.5, 20}, "farther off, a feature is no match");
+      field("match_colour", match_colour, Any{},
+            "cameras whose colours differ get one look: a gain per channel and a gamma per camera");
     }
   };
   static KindSpec spec() {
     return {.name = "calibrate",
-            .version = 2,
+            .version = 3,
             .reads = "frames",
             .publishes = "COLMAP model: intrinsics, a pose per image, sparse points, undistortion",
             .programs = "colmap"};

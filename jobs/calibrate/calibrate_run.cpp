@@ -1,4 +1,5 @@
 #include "jobs/calibrate/calibrate_job.h"
+#include "jobs/calibrate/colour_match.h"
 #include "jobs/calibrate/exchange/camera_toml.h"
 #include "jobs/calibrate/exchange/nuke_chan.h"
 #include "jobs/calibrate/exchange/usd_cameras.h"
@@ -66,16 +67,18 @@ KnownCalibration read_known(const std::map<std::string, fs::path>& sources, cons
   if (const auto colmap = sources.find("cameras.txt"); colmap != sources.end())
     return known_calibration(colmap->second.parent_path(), cameras);
   std::map<std::string, fs::path> chan;
-  for (const auto& [name, file] : sources) chan[fs::path(name).filename().string()] = file;
+  for (const auto& [name, file] : sources)
+    if (name.starts_with("chan/")) chan[fs::path(name).filename().string()] = file;
   return known_from_chan(chan, cameras);
 }
 
-void run_known(JobContext& context, const std::vector<FilmedCamera>& cameras) {
+void run_known(JobContext& context, const CalibrateJob::Params& params, const std::vector<FilmedCamera>& cameras) {
   const auto known = read_known(context.sources(), cameras);
   for (const auto& sentence : known.warnings) context.warn(sentence);
   Json report = report_of(known.calibration, cameras);
   report["method"] = "known";
   publish(context, known.calibration, report);
+  if (params.match_colour) match_colour(context, known.calibration, cameras);
 }
 
 void run_colmap_method(JobContext& context, const CalibrateJob::Params& params,
@@ -93,6 +96,7 @@ void run_colmap_method(JobContext& context, const CalibrateJob::Params& params,
   report["rms_reprojection_px"] = estimated.bundle.rms_px;
   report["observations"] = estimated.bundle.num_observations;
   publish(context, estimated.calibration, report);
+  if (params.match_colour) match_colour(context, estimated.calibration, cameras);
   write_observations(context.out("observations.txt"), estimated.observations);
 }
 
@@ -101,7 +105,7 @@ void run_colmap_method(JobContext& context, const CalibrateJob::Params& params,
 void CalibrateJob::run(JobContext& context, const Params& params) {
   const auto cameras = cameras_of(context);
   if (params.method == "known")
-    run_known(context, cameras);
+    run_known(context, params, cameras);
   else
     run_colmap_method(context, params, cameras);
 }

@@ -4,11 +4,27 @@
 
 #include "jobs/vision/camera_mask.h"
 #include "schema/base/error.h"
+#include "schema/formats/colour.h"
 
 namespace vantage {
 
+namespace {
+
+/// What becomes of each level of a BGR picture, for cv::LUT.
+cv::Mat3b levels_of(const CameraColour& colour) {
+  cv::Mat3b levels(1, 256);
+  for (int c = 0; c < 3; ++c) {
+    const auto table = level_table(colour, 2 - c);
+    for (int level = 0; level < 256; ++level) levels(0, level)[c] = table[static_cast<std::size_t>(level)];
+  }
+  return levels;
+}
+
+}  // namespace
+
 ShotImages::ShotImages(const JobContext& context)
     : context_(context), calibration_(read_calibration(context.input("calibrate"))) {
+  for (const CameraColour& colour : read_colours(context.input("calibrate"))) levels_[colour.name] = levels_of(colour);
   if (context.has_input("align")) clocks_ = read_clocks(context.input("align"));
 }
 
@@ -26,8 +42,9 @@ const Undistorter& ShotImages::undistorter(const std::string& camera) {
 }
 
 cv::Mat ShotImages::bgr(const ImageId& image) {
-  return undistorter(image.camera)
-      .apply(read_picture(frame_path(context_.input("ingest/" + image.camera), image.frame)));
+  cv::Mat bgr = read_picture(frame_path(context_.input("ingest/" + image.camera), image.frame));
+  if (const auto levels = levels_.find(image.camera); levels != levels_.end()) cv::LUT(bgr, levels->second, bgr);
+  return undistorter(image.camera).apply(bgr);
 }
 
 cv::Mat1b ShotImages::mask(const ImageId& image) {

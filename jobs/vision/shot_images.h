@@ -18,7 +18,8 @@ class ShotImages {
   const Calibration& calibration() const { return calibration_; }
   const Pinhole& pinhole(const ImageId& image) const { return calibration_.camera(image.camera).pinhole; }
   const RigidTransform& cam_from_world(const ImageId& image) const { return calibration_.pose(image); }
-  /// Undistorted, 8-bit BGR. Read anew every time: keep it.
+  /// Undistorted, 8-bit BGR, in the look that all cameras share (schema/formats/colour.h) when the calibration has one.
+  /// Read anew every time: keep it.
   cv::Mat bgr(const ImageId& image);
   /// Undistorted like bgr(): 255 where a pixel counts; empty when the job looks at no mask of that camera.
   cv::Mat1b mask(const ImageId& image);
@@ -33,6 +34,7 @@ class ShotImages {
   Clocks clocks_;
   std::map<std::string, FrameTable> tables_;
   std::map<std::string, Undistorter> undistorters_;
+  std::map<std::string, cv::Mat3b> levels_;  ///< by camera; none when pictures stay as filmed
 };
 
 /// A picture file as 8-bit BGR. Throws Error(Transient) when it cannot be read.
