@@ -18,7 +18,7 @@ struct AlignJob {
     }
   };
   static KindSpec spec() {
-    return {.name = "align", .version = 1, .reads = "all pair offsets", .publishes = "one clock per camera"};
+    return {.name = "align", .version = 2, .reads = "all pair offsets", .publishes = "one clock per camera"};
   }
   /// Throws Error(BadInput) when clocks are said to be known and a camera has no start_s.
   static std::vector<WorkUnit> split(const ShotState& state, const Params& params);

@@ -15,12 +15,19 @@ namespace {
 constexpr int kL1Iterations = 200;
 constexpr int kHuberIterations = 20;
 constexpr double kHuberScale = 1.5;
+/// Clocks of cameras that run as they say: crystals at room temperature.
+constexpr double kClockRateStd = 50e-6;
+/// A pair that could not tell the rate still says that it is nothing outlandish.
+constexpr double kUntoldRateStd = 0.02;
+constexpr double kOddDeviations = 4;
 /// No pair is trusted beyond this part of a frame: systematic errors (rolling shutter, other points) are never less.
 constexpr double kFloorFrames = 0.01;
 
 struct Edge {
   std::size_t pair = 0, a = 0, b = 0;
-  double offset_s = 0, rate = 1, std_s = 0, frame_s = 0;
+  double time_a_s = 0, time_b_s = 0;  // of one moment, by the two cameras' own clocks
+  double std_s = 0, frame_s = 0;
+  double rate = 1, rate_std = 0;
 };
 
 /// Value of every camera of `members` with value[b] - value[a] = measured for the edges; members.front() is 0.
@@ -129,30 +136,77 @@ std::vector<Edge> edges_of(const std::vector<GraphCamera>& cameras, const std::v
     if (!pairs[p].determined) continue;
     const std::size_t a = find(pairs[p].a), b = find(pairs[p].b);
     const double frame_s = std::max(cameras[a].frame_s, cameras[b].frame_s);
-    edges.push_back(
-        {p, a, b, pairs[p].offset_s, pairs[p].rate, std::hypot(pairs[p].std_s, kFloorFrames * frame_s), frame_s});
+    const double time_b_s = pairs[p].pivot_b_s, time_a_s = pairs[p].offset_s + pairs[p].rate * time_b_s;
+    const bool tells_rate = pairs[p].rate_std > 0;
+    edges.push_back({p, a, b, time_a_s, time_b_s, std::hypot(pairs[p].std_s, kFloorFrames * frame_s), frame_s,
+                     tells_rate ? pairs[p].rate : 1, tells_rate ? pairs[p].rate_std : kUntoldRateStd});
   }
   return edges;
 }
 
-/// Rates of the members, the reference's being 1: log rate_b - log rate_a = log rate_ab.
-Eigen::VectorXd solve_rates(const Graph& graph) {
-  Eigen::VectorXd logs(std::ssize(graph.edges));
-  for (std::size_t e = 0; e < graph.edges.size(); ++e)
-    logs[static_cast<Eigen::Index>(e)] = std::log(graph.edges[e].rate);
-  return solve_l1(graph, logs, stds_of(graph)).array().exp();
+struct Posterior {
+  Eigen::VectorXd x, std;
+};
+
+/// prior_stds: of each member about its prior value 0; empty for none.
+Posterior least_squares(const Graph& graph, const Eigen::VectorXd& measured, const Eigen::VectorXd& stds,
+                        const Eigen::VectorXd& start, const Eigen::VectorXd& prior_stds = {}) {
+  const Eigen::Index num = std::ssize(graph.members) - 1;
+  Eigen::VectorXd prior = Eigen::VectorXd::Zero(num);
+  if (prior_stds.size() > 0) prior = prior_stds.tail(num).array().square().inverse();
+  Eigen::VectorXd x = start, weights;
+  Eigen::MatrixXd N;
+  for (int k = 0; k < kHuberIterations; ++k) {
+    weights = huber_weights(graph.residuals(x, measured), stds);
+    N = graph.normal_matrix(weights);
+    const Eigen::VectorXd rhs = N * graph.solve(measured, weights).tail(num);
+    N.diagonal() += prior;
+    x.tail(num) = N.ldlt().solve(rhs);
+  }
+  const double chi2 = graph.residuals(x, measured).array().square().matrix().dot(weights);
+  const auto freedom = static_cast<double>(std::ssize(graph.edges) - num);
+  const double inflate = freedom > 0 ? std::max(1.0, chi2 / freedom) : 1;
+  Eigen::VectorXd std = Eigen::VectorXd::Zero(x.size());
+  std.tail(num) = (inflate * N.inverse().diagonal()).array().sqrt();
+  return {x, std};
 }
 
+/// Rates of the members, the reference's being 1: log rate_b - log rate_a = log rate_ab. A camera's clock is taken to
+/// run as well as crystals do unless the pairs clearly say otherwise: then its frame rate is not what it says, and it
+/// runs as they say.
+Posterior solve_rates(const Graph& graph) {
+  const auto num = std::ssize(graph.members);
+  if (std::none_of(graph.edges.begin(), graph.edges.end(), [](const Edge& e) { return e.rate_std < kUntoldRateStd; }))
+    return {Eigen::VectorXd::Ones(num), Eigen::VectorXd::Zero(num)};
+  Eigen::VectorXd logs(std::ssize(graph.edges)), stds(logs.size());
+  for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+    logs[static_cast<Eigen::Index>(e)] = std::log(graph.edges[e].rate);
+    stds[static_cast<Eigen::Index>(e)] = graph.edges[e].rate_std;
+  }
+  const Eigen::VectorXd start = solve_l1(graph, logs, stds);
+  const Posterior free = least_squares(graph, logs, stds, start);
+  Eigen::VectorXd prior_stds = Eigen::VectorXd::Constant(num, kClockRateStd);
+  for (Eigen::Index k = 1; k < num; ++k)
+    if (std::abs(free.x[k]) > kOddDeviations * std::hypot(free.std[k], kClockRateStd)) prior_stds[k] = 1;
+  Posterior rates = least_squares(graph, logs, stds, start, prior_stds);
+  rates.x = rates.x.array().exp();
+  return rates;
+}
+
+/// At the moment that a pair ties: offset_a + rate_a · time_a = offset_b + rate_b · time_b.
 Eigen::VectorXd measured_offsets(const Graph& graph, const Eigen::VectorXd& rates) {
   Eigen::VectorXd offsets(std::ssize(graph.edges));
-  for (std::size_t e = 0; e < graph.edges.size(); ++e)
-    offsets[static_cast<Eigen::Index>(e)] = rates[graph.index_of(graph.edges[e].a)] * graph.edges[e].offset_s;
+  for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+    const Edge& edge = graph.edges[e];
+    offsets[static_cast<Eigen::Index>(e)] =
+        rates[graph.index_of(edge.a)] * edge.time_a_s - rates[graph.index_of(edge.b)] * edge.time_b_s;
+  }
   return offsets;
 }
 
 /// The edge that is farthest beyond its limits; edges.size() when all are within.
 std::size_t worst_edge(const Graph& graph, const GraphOptions& options) {
-  const Eigen::VectorXd rates = solve_rates(graph), measured = measured_offsets(graph, rates), stds = stds_of(graph);
+  const Eigen::VectorXd measured = measured_offsets(graph, solve_rates(graph).x), stds = stds_of(graph);
   const Eigen::VectorXd r = graph.residuals(solve_l1(graph, measured, stds), measured);
   std::size_t worst = graph.edges.size();
   double most = 1;
@@ -164,25 +218,6 @@ std::size_t worst_edge(const Graph& graph, const GraphOptions& options) {
     if (beyond > most) most = beyond, worst = e;
   }
   return worst;
-}
-
-struct Posterior {
-  Eigen::VectorXd x, std;
-};
-
-Posterior solve_huber(const Graph& graph, const Eigen::VectorXd& measured) {
-  const Eigen::VectorXd stds = stds_of(graph);
-  Eigen::VectorXd x = solve_l1(graph, measured, stds), weights;
-  for (int k = 0; k < kHuberIterations; ++k) {
-    weights = huber_weights(graph.residuals(x, measured), stds);
-    x = graph.solve(measured, weights);
-  }
-  const double chi2 = graph.residuals(x, measured).array().square().matrix().dot(weights);
-  const auto freedom = static_cast<double>(std::ssize(graph.edges) - std::ssize(graph.members) + 1);
-  const double inflate = freedom > 0 ? std::max(1.0, chi2 / freedom) : 1;
-  Eigen::VectorXd std = Eigen::VectorXd::Zero(x.size());
-  std.tail(std.size() - 1) = (inflate * graph.normal_matrix(weights).inverse().diagonal()).array().sqrt();
-  return {x, std};
 }
 
 }  // namespace
@@ -200,17 +235,17 @@ ClockSolution solve_clocks(const std::vector<GraphCamera>& cameras, const std::v
   }
 
   ClockSolution solution;
-  Eigen::VectorXd rates = Eigen::VectorXd::Ones(1);
-  Posterior posterior{Eigen::VectorXd::Zero(1), Eigen::VectorXd::Zero(1)};
+  Posterior rates{Eigen::VectorXd::Ones(1), Eigen::VectorXd::Zero(1)}, offsets{Eigen::VectorXd::Zero(1), rates.std};
   if (graph.members.size() > 1) {
     rates = solve_rates(graph);
-    posterior = solve_huber(graph, measured_offsets(graph, rates));
+    const Eigen::VectorXd measured = measured_offsets(graph, rates.x), stds = stds_of(graph);
+    offsets = least_squares(graph, measured, stds, solve_l1(graph, measured, stds));
   }
   solution.clocks.reference = cameras[graph.members.front()].name;
   for (std::size_t k = 0; k < graph.members.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
     solution.clocks.cameras.push_back(
-        {cameras[graph.members[k]].name, start_s + posterior.x[i], rates[i], posterior.std[i]});
+        {cameras[graph.members[k]].name, start_s + offsets.x[i], rates.x[i], offsets.std[i], rates.std[i]});
   }
   for (const GraphCamera& camera : cameras)
     if (!solution.clocks.find(camera.name)) solution.left_out.push_back(camera.name);
@@ -218,7 +253,8 @@ ClockSolution solve_clocks(const std::vector<GraphCamera>& cameras, const std::v
     const CameraClock *a = solution.clocks.find(cameras[e.a].name), *b = solution.clocks.find(cameras[e.b].name);
     if (!a || !b) continue;
     const bool rejected = std::none_of(used.begin(), used.end(), [&](const Edge& u) { return u.pair == e.pair; });
-    solution.residuals.push_back({e.pair, e.offset_s - (b->offset_s - a->offset_s) / a->rate, rejected});
+    const double residual_s = e.time_a_s - (b->shot_time_s(e.time_b_s) - a->offset_s) / a->rate;
+    solution.residuals.push_back({e.pair, residual_s, rejected});
   }
   return solution;
 }

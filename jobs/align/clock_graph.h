@@ -30,13 +30,14 @@ struct ClockSolution {
   std::vector<std::string> left_out;    ///< cameras that no pair in use ties to the reference
 };
 
-/// All clocks from pair offsets: offset_b - offset_a = rate_a · offset_ab, rate_b = rate_a · rate_ab, weighed by 1/σ².
-/// First least absolute deviations (iterated reweighting, whose answer no single pair can pull), then pairs are
-/// rejected one at a time, the worst first, while one is off by more than max_inconsistency_std deviations or
-/// max_inconsistency_frames of the slower camera, then least squares with Huber weights. offset_std_s is the
-/// posterior's, inflated by the reduced χ². The reference is the first camera if any pair ties it to another, else the
-/// first of the largest group that is tied. start_s: offset of the reference. With no determined pair only one camera
-/// is in the answer.
+/// All clocks from pair offsets: rate_b = rate_a · rate_ab, then at each pair's pivot (t_a, t_b) offset_a + rate_a ·
+/// t_a = offset_b + rate_b · t_b, weighed by 1/σ². Rates have a prior of 1 ± 50 ppm, as crystals do, but for cameras
+/// whose pairs clearly say that they run otherwise. First least absolute deviations (iterated reweighting, whose answer
+/// no single pair can pull), then pairs are rejected one at a time, the worst first, while one is off by more than
+/// max_inconsistency_std deviations or max_inconsistency_frames of the slower camera, then least squares with Huber
+/// weights. offset_std_s is the posterior's, inflated by the reduced χ². The reference is the first camera if any pair
+/// ties it to another, else the first of the largest group that is tied. start_s: offset of the reference. With no
+/// determined pair only one camera is in the answer.
 ClockSolution solve_clocks(const std::vector<GraphCamera>& cameras, const std::vector<PairOffset>& pairs,
                            double start_s, const GraphOptions& options = {});
 

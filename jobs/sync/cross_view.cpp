@@ -54,6 +54,14 @@ std::vector<int> frames_to_search(const FrameTable& table_a, const FrameTable& t
   return chosen;
 }
 
+/// The picture in the top left corner of a larger one: pyramids can only be compared that are of one size.
+cv::Mat1b padded(const cv::Mat1b& picture, const cv::Size& size) {
+  if (picture.size() == size) return picture;
+  cv::Mat1b out;
+  cv::copyMakeBorder(picture, out, 0, size.height - picture.rows, 0, size.width - picture.cols, cv::BORDER_REPLICATE);
+  return out;
+}
+
 /// Adds what one pair of pictures says of every match that has its point in both.
 void search_frame(const cv::Mat1b& picture_a, const cv::Mat1b& picture_b, const std::vector<TimedTrack>& a,
                   const std::vector<TimedTrack>& b, const std::vector<TrackMatch>& matches, int frame_a, int frame_b,
@@ -134,7 +142,10 @@ std::vector<PathPair> refine_matches(const std::vector<TimedTrack>& a, const std
   for (const int frame_b : frames_to_search(table_a, table_b, offset_s)) {
     const double time_b = table_b.pts_s[static_cast<std::size_t>(frame_b)];
     const int frame_a = nearest_frame(table_a, time_b + offset_s);
-    search_frame(grey_a(frame_a), grey_b(frame_b), a, b, matches, frame_a, frame_b, time_b, corrections);
+    const cv::Mat1b picture_a = grey_a(frame_a), picture_b = grey_b(frame_b);
+    const cv::Size size(std::max(picture_a.cols, picture_b.cols), std::max(picture_a.rows, picture_b.rows));
+    search_frame(padded(picture_a, size), padded(picture_b, size), a, b, matches, frame_a, frame_b, time_b,
+                 corrections);
   }
   std::vector<PathPair> pairs;
   for (std::size_t m = 0; m < matches.size(); ++m)

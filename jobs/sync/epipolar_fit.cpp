@@ -3,7 +3,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 
 namespace vantage::sync {
 namespace {
@@ -11,14 +13,21 @@ namespace {
 constexpr int kMaxIterations = 60;
 constexpr std::size_t kMinSamples = 4;
 constexpr double kCauchyScale = 2;
-// Bounds of the estimated noise: KLT is never better than the first nor its matches worth much beyond the last.
-constexpr double kMinNoisePx = 0.1, kMaxNoisePx = 2, kMinBiasPx = 0.1, kMaxBiasPx = 4;
+// KLT is never better.
+constexpr double kMinNoisePx = 0.1, kMinBiasPx = 0.1;
 constexpr double kDerivativeStepS = 1e-3;
-/// Tracks on one thing err together (shading, perspective, drift), which neither estimate of the covariance sees:
-/// against rendered truth the offsets of 28 pairs erred 2 to 2.5 times what independent tracks would.
-constexpr double kCorrelatedTracks = 2.5;
+/// Which pairs may err together: a cell of a's picture and a stretch of time.
+using Cluster = std::array<long, 3>;
+
+Cluster cluster_of(const PathPair& pair, const FitOptions& options) {
+  const std::size_t middle = pair.a.size() / 2;
+  const Eigen::Vector2d& px = pair.a.px(middle);
+  return {std::lround(px.x() / options.cluster_px), std::lround(px.y() / options.cluster_px),
+          std::lround(pair.a.time_s(middle) / options.cluster_s)};
+}
 
 struct Residuals {
+  Cluster cluster{};
   std::vector<double> r_px;
   std::vector<Eigen::Vector2d> J;                        // d r / d (offset, rate), px per s and px
   Eigen::Matrix2d noise_in_J = Eigen::Matrix2d::Zero();  // sum of J J^T that a pixel of noise alone would give
@@ -62,21 +71,22 @@ double robust_std(std::vector<double> deviations, double fallback) {
 }
 
 struct Noise {
-  double sample_px = 1, bias_px = kMaxBiasPx;
+  double sample_px = 1, bias_px = 1;
 };
 
-Noise estimate_noise(const std::vector<Residuals>& all) {
+Noise estimate_noise(const std::vector<Residuals>& all, const FitOptions& options) {
   std::vector<double> within, means;
   for (const Residuals& res : all) {
     means.push_back(mean(res.r_px));
     for (const double r : res.r_px) within.push_back(r - means.back());
   }
-  return {std::clamp(robust_std(within, 1), kMinNoisePx, kMaxNoisePx),
-          std::clamp(robust_std(means, kMaxBiasPx), kMinBiasPx, kMaxBiasPx)};
+  return {std::clamp(robust_std(within, 1), kMinNoisePx, options.max_noise_px),
+          std::clamp(robust_std(means, options.max_bias_px), kMinBiasPx, options.max_bias_px)};
 }
 
 /// One pair's part of the normal equations, with the inverse covariance by Sherman and Morrison.
 struct PairTerm {
+  Cluster cluster{};
   Eigen::Matrix2d H = Eigen::Matrix2d::Zero();
   Eigen::Matrix2d H_noise = Eigen::Matrix2d::Zero();  // what of H is not motion but noise: r's, in units of itself
   Eigen::Vector2d g = Eigen::Vector2d::Zero();
@@ -89,7 +99,7 @@ PairTerm term_of(const Residuals& res, const Noise& noise) {
   const double s2 = noise.sample_px * noise.sample_px, b2 = noise.bias_px * noise.bias_px;
   const auto n = static_cast<double>(res.r_px.size());
   const double shrink = b2 / (s2 + n * b2);
-  PairTerm term{.H_noise = res.noise_in_J, .num = res.r_px.size()};
+  PairTerm term{.cluster = res.cluster, .H_noise = res.noise_in_J, .num = res.r_px.size()};
   Eigen::Vector2d sum_J = Eigen::Vector2d::Zero();
   double sum_r = 0;
   for (std::size_t k = 0; k < res.r_px.size(); ++k) {
@@ -113,6 +123,7 @@ struct System {
   std::vector<PairTerm> terms;
   Eigen::Matrix2d H = Eigen::Matrix2d::Zero(), H_noise = Eigen::Matrix2d::Zero();
   Eigen::Vector2d g = Eigen::Vector2d::Zero();
+  double pivot_b_s = 0;
   Noise noise;
 };
 
@@ -121,9 +132,11 @@ System build_system(const std::vector<PathPair>& pairs, const PairGeometry& geom
   std::vector<Residuals> all;
   for (const PathPair& pair : pairs) {
     Residuals res = residuals_of(pair, geometry, offset_s, rate, options.max_epipolar_px);
-    if (res.r_px.size() >= kMinSamples) all.push_back(std::move(res));
+    if (res.r_px.size() < kMinSamples) continue;
+    res.cluster = cluster_of(pair, options);
+    all.push_back(std::move(res));
   }
-  System system{.terms = {}, .noise = estimate_noise(all)};
+  System system{.terms = {}, .noise = estimate_noise(all, options)};
   for (const Residuals& res : all) {
     PairTerm term = term_of(res, system.noise);
     system.H += term.weight * term.H;
@@ -131,6 +144,7 @@ System build_system(const std::vector<PathPair>& pairs, const PairGeometry& geom
     system.H_noise += term.weight * term.H_noise;
     system.terms.push_back(std::move(term));
   }
+  if (system.H(0, 0) > 0) system.pivot_b_s = system.H(0, 1) / system.H(0, 0);
   if (!options.estimate_rate) {  // pins the rate: its row and column tell nothing of the offset
     system.H(0, 1) = system.H(1, 0) = system.g[1] = 0;
     system.H(1, 1) = 1;
@@ -139,19 +153,29 @@ System build_system(const std::vector<PathPair>& pairs, const PairGeometry& geom
   return system;
 }
 
+/// Sum over clusters of their scores' squares, for as many clusters as an unbiased estimate would have.
+Eigen::Matrix2d score_spread(const System& system, bool estimate_rate) {
+  std::map<Cluster, Eigen::Vector2d> scores;
+  for (const PairTerm& term : system.terms) {
+    Eigen::Vector2d& sum = scores.try_emplace(term.cluster, Eigen::Vector2d::Zero()).first->second;
+    sum += term.weight * term.g;
+    if (!estimate_rate) sum[1] = 0;
+  }
+  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
+  for (const auto& [cluster, score] : scores) spread += score * score.transpose();
+  const auto num = static_cast<double>(scores.size());
+  return num > 1 ? Eigen::Matrix2d(num / (num - 1) * spread) : spread;
+}
+
 Eigen::Matrix2d covariance_of(const System& system, bool estimate_rate) {
   const Eigen::Matrix2d inverse = system.H.inverse();
-  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
   double chi2 = 0, num = 0;
   for (const PairTerm& term : system.terms) {
-    Eigen::Vector2d score = term.weight * term.g;
-    if (!estimate_rate) score[1] = 0;
-    spread += score * score.transpose();
     chi2 += term.weight * term.chi2;
     num += term.weight * static_cast<double>(term.num);
   }
   const Eigen::Matrix2d fisher = inverse * std::max(1.0, chi2 / std::max(num, 1.0));
-  const Eigen::Matrix2d sandwich = inverse * spread * inverse;
+  const Eigen::Matrix2d sandwich = inverse * score_spread(system, estimate_rate) * inverse;
   // Noise adds to H what is not information: scale by how little of H is.
   const Eigen::Matrix2d dilution = (system.H - system.H_noise).inverse() * system.H;
   return dilution * (sandwich(0, 0) > fisher(0, 0) ? sandwich : fisher) * dilution.transpose();
@@ -159,8 +183,13 @@ Eigen::Matrix2d covariance_of(const System& system, bool estimate_rate) {
 
 OffsetFit summarise(const System& system, double offset_s, double rate, const FitOptions& options) {
   const Eigen::Matrix2d covariance = covariance_of(system, options.estimate_rate);
-  OffsetFit fit{.offset_s = offset_s, .rate = rate, .std_s = kCorrelatedTracks * std::sqrt(covariance(0, 0))};
-  if (options.estimate_rate) fit.rate_std = kCorrelatedTracks * std::sqrt(covariance(1, 1));
+  OffsetFit fit{.offset_s = offset_s, .rate = rate, .std_s = std::sqrt(covariance(0, 0))};
+  fit.pivot_b_s = system.pivot_b_s;
+  if (options.estimate_rate) {
+    fit.rate_std = std::sqrt(covariance(1, 1));
+    fit.pivot_b_s = -covariance(0, 1) / covariance(1, 1);
+    fit.std_s = std::sqrt(covariance(0, 0) + fit.pivot_b_s * covariance(0, 1));
+  }
   fit.noise_px = system.noise.sample_px;
   fit.bias_px = system.noise.bias_px;
   double sum = 0, sum_squares = 0;
@@ -197,6 +226,17 @@ std::optional<OffsetFit> fit_offset(const std::vector<PathPair>& pairs, const Pa
   }
   if (!tells_time(system)) return std::nullopt;
   return summarise(system, offset_s, rate, options);
+}
+
+std::optional<OffsetFit> fit_clock(const std::vector<PathPair>& pairs, const PairGeometry& geometry,
+                                   double start_offset_s, double frame_s, double overlap_s, const FitOptions& options) {
+  constexpr double kMaxStepFrames = 2, kMaxRateErrorFrames = 0.5;
+  const auto fit = fit_offset(pairs, geometry, start_offset_s, kMaxStepFrames * frame_s, options);
+  if (!fit) return fit;
+  FitOptions with_rate = options;
+  with_rate.estimate_rate = true;
+  const auto clock = fit_offset(pairs, geometry, fit->offset_s, kMaxStepFrames * frame_s, with_rate);
+  return clock && clock->rate_std * overlap_s < kMaxRateErrorFrames * frame_s ? clock : fit;
 }
 
 }  // namespace vantage::sync

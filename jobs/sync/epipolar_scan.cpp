@@ -33,11 +33,21 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// Local maxima that stand a tenth of the highest above the saddles around them, best first.
-std::vector<OffsetScan::Mode> find_modes(const OffsetRange& range, const std::vector<double>& scores) {
-  std::vector<OffsetScan::Mode> modes;
+}  // namespace
+
+int OffsetRange::num() const {
+  return max_s < min_s ? 0 : 1 + static_cast<int>(std::floor((max_s - min_s) / step_s + 1e-9));
+}
+
+double OffsetRange::overlap_s(double offset_s) const {
+  return std::min(duration_a_s, duration_b_s + offset_s) - std::max(0.0, offset_s);
+}
+
+void OffsetScan::find_modes() {
+  modes.clear();
+  if (scores.empty()) return;
   const double highest = *std::max_element(scores.begin(), scores.end());
-  if (highest <= 0) return modes;
+  if (highest <= 0) return;
   const double drop = 0.1 * highest;
   double valley = -std::numeric_limits<double>::infinity(), peak = -std::numeric_limits<double>::infinity();
   std::size_t at = 0;
@@ -53,17 +63,6 @@ std::vector<OffsetScan::Mode> find_modes(const OffsetRange& range, const std::ve
     if (!rising && scores[k] > valley + drop) rising = true, peak = scores[k], at = k;
   }
   std::stable_sort(modes.begin(), modes.end(), [](auto& p, auto& q) { return p.score > q.score; });
-  return modes;
-}
-
-}  // namespace
-
-int OffsetRange::num() const {
-  return max_s < min_s ? 0 : 1 + static_cast<int>(std::floor((max_s - min_s) / step_s + 1e-9));
-}
-
-double OffsetRange::overlap_s(double offset_s) const {
-  return std::min(duration_a_s, duration_b_s + offset_s) - std::max(0.0, offset_s);
 }
 
 double OffsetScan::contrast() const {
@@ -101,7 +100,7 @@ OffsetScan scan_offsets(const std::vector<TimedTrack>& a, const std::vector<Time
     const double base = median(best);
     for (std::size_t k = 0; k < num; ++k) scan.scores[k] += std::max(0.0, best[k] - base);
   }
-  scan.modes = find_modes(range, scan.scores);
+  scan.find_modes();
   return scan;
 }
 

@@ -27,7 +27,8 @@ struct OffsetScan {
   };
   OffsetRange range;
   std::vector<double> scores;
-  std::vector<Mode> modes;  ///< local maxima, best first
+  std::vector<Mode> modes;  ///< local maxima that stand a tenth of the highest above the saddles around, best first
+  void find_modes();        ///< from the scores
   /// Best mode's score over the best of the others', each per second of overlap, so that the next period of a periodic
   /// motion does not look worse only because less of it is seen. Modes with less than half of the best one's overlap do
   /// not count. Infinity when there is no other.

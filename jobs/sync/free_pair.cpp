@@ -133,7 +133,8 @@ void judge_free_pair(PairOffset& offset, const FreePairAnswer& answer, const Ver
   offset.offset_s = clock.offset_s;
   offset.rate = clock.rate;
   offset.rate_std = clock.rate_std;
-  offset.std_s = clock.std_s;
+  offset.std_s = answer.fit->mid_std_s;
+  offset.pivot_b_s = answer.fit->mid_time_b_s;
   offset.num_inliers = clock.num_tracks;
   const double std_frames = answer.fit->mid_std_s / limits.frame_s;
   if (!(std_frames <= limits.max_std_frames))

@@ -14,9 +14,10 @@ constexpr int kCandidatesPerTrack = 4;
 constexpr double kMaxLookDistance = 0.9;
 constexpr double kScanEpipolarPx = 3;
 constexpr double kRefinedScanEpipolarPx = 1.5;
-/// A rate can be told from an offset only over a long time.
-constexpr double kMinRateOverlapS = 20;
 constexpr double kMaxFitStepFrames = 2;
+/// Pieces of frontiers: the two sides of a thing, or one at two times. A wrong one is no danger as a wrong match is:
+/// the offset comes from the whole picture's motion.
+constexpr double kMinFrontiers = 1.5;
 
 struct Coarse {
   double offset_s = 0;
@@ -41,17 +42,6 @@ OffsetScan scan_pairs(const std::vector<PathPair>& pairs, const PairGeometry& ge
   return scan_offsets(a, b, matches, geometry, range, kRefinedScanEpipolarPx);
 }
 
-/// Offset only; with a long overlap the rate, too, if it is clearly not 1.
-std::optional<OffsetFit> fit_pairs(const std::vector<PathPair>& pairs, const MotionInput& in, double overlap_s,
-                                   double start_s, double frame_s) {
-  const auto fit = fit_offset(pairs, *in.geometry, start_s, kMaxFitStepFrames * frame_s);
-  if (!fit || overlap_s < kMinRateOverlapS) return fit;
-  const auto with_rate =
-      fit_offset(pairs, *in.geometry, fit->offset_s, kMaxFitStepFrames * frame_s, {.estimate_rate = true});
-  const bool well_determined = with_rate && with_rate->rate_std * overlap_s < 0.2 * frame_s;
-  return well_determined && std::abs(with_rate->rate - 1) > 4 * with_rate->rate_std ? with_rate : fit;
-}
-
 struct Refined {
   std::vector<PathPair> pairs;
   OffsetScan scan;
@@ -74,36 +64,64 @@ std::optional<TimeJump> jump_of(const MotionInput& in, const std::vector<PathPai
                          .frame_b_s = frame_interval_s(in.table_b)});
 }
 
-void answer_by_epipolar_fit(MotionAnswer& answer, const MotionInput& in, const std::vector<TrackMatch>& matches,
+/// The matched points' part: refined at the coarse offset, scanned again, fitted.
+Evidence evidence_of_points(MotionAnswer& answer, const MotionInput& in, const std::vector<TrackMatch>& matches,
                             const Coarse& coarse, const VerdictLimits& limits) {
+  const double frame_s = limits.frame_s;
   const auto mutual = mutual_only(matches);
   Refined refined = refine_at(in, mutual, coarse.scan.range, coarse.offset_s);
-  double start_s = coarse.offset_s,
-         contrast = coarse.scan.modes.empty() ? coarse.codes.contrast : coarse.scan.contrast();
-  if (!refined.scan.modes.empty()) {
-    const double best_s = refined.scan.modes.front().offset_s;
-    if (std::abs(best_s - start_s) > kMaxFitStepFrames * limits.frame_s) {
-      // True points say something else than look-alikes did: believe them, but only on their own merit.
-      refined = refine_at(in, mutual, coarse.scan.range, best_s);
-      contrast = refined.scan.contrast();
-    } else {
-      contrast = std::max(contrast, refined.scan.contrast());
-    }
-    if (!refined.scan.modes.empty()) start_s = refined.scan.modes.front().offset_s;
-    answer.scan = refined.scan;
+  Evidence points{"points", std::nullopt, 0, limits.min_tracks};
+  if (refined.scan.modes.empty()) return points;
+  double start_s = coarse.offset_s;
+  const double best_s = refined.scan.modes.front().offset_s;
+  if (std::abs(best_s - start_s) > kMaxFitStepFrames * frame_s) {
+    // True points say something else than look-alikes did: believe them, but only on their own merit.
+    refined = refine_at(in, mutual, coarse.scan.range, best_s);
+    points.contrast = refined.scan.contrast();
   } else {
-    contrast = 0;
+    points.contrast =
+        std::max(coarse.scan.modes.empty() ? coarse.codes.contrast : coarse.scan.contrast(), refined.scan.contrast());
   }
+  if (!refined.scan.modes.empty()) start_s = refined.scan.modes.front().offset_s;
   const double overlap_s = coarse.scan.range.overlap_s(start_s);
-  answer.fit = fit_pairs(refined.pairs, in, overlap_s, start_s, limits.frame_s);
-  if (answer.fit) answer.jump = jump_of(in, refined.pairs, *answer.fit);
+  points.fit = fit_clock(refined.pairs, *in.geometry, start_s, frame_s, overlap_s);
+  if (points.fit) answer.jump = jump_of(in, refined.pairs, *points.fit);
   if (answer.jump) {
-    start_s = answer.fit->offset_s + (answer.jump->longer_is_before ? answer.jump->before_s : answer.jump->after_s);
-    answer.fit = fit_pairs(longer_piece(refined.pairs, *answer.jump), in, overlap_s, start_s, limits.frame_s);
+    start_s = points.fit->offset_s + (answer.jump->longer_is_before ? answer.jump->before_s : answer.jump->after_s);
+    points.fit = fit_clock(longer_piece(refined.pairs, *answer.jump), *in.geometry, start_s, frame_s, overlap_s);
   }
-  answer.contrast = contrast;
+  answer.scan = refined.scan;
   answer.num_matches = refined.pairs.size();
-  judge_fit(answer.offset, answer.fit, contrast, limits);
+  answer.points = std::move(refined.pairs);
+  return points;
+}
+
+Evidence evidence_of_outlines(MotionAnswer& answer, const MotionInput& in, const OffsetRange& range) {
+  // Points that saw the offset change answer for one side of the change; outlines take the clip as a whole.
+  if (!in.outlines || answer.jump) return {"outlines", std::nullopt, 0};
+  answer.outlines = offset_from_frontiers(*in.outlines, in.table_a, in.table_b, *in.geometry, range);
+  return {"outlines", answer.outlines.fit, answer.outlines.scan.contrast(), kMinFrontiers};
+}
+
+void answer_by_epipolar_fit(MotionAnswer& answer, const Evidence& points, const Evidence& outlines,
+                            const VerdictLimits& limits) {
+  const Combined both = combine(points, outlines, limits.frame_s, limits.min_contrast);
+  answer.fit = both.fit;
+  answer.contrast = both.contrast;
+  if (both.cues == outlines.cue) answer.scan = answer.outlines.scan;
+  if (!both.disagreement.empty()) {
+    if (both.fit) answer.offset.offset_s = both.fit->offset_s;
+    undetermined(answer.offset, both.disagreement);
+  } else {
+    VerdictLimits for_these = limits;
+    for_these.min_tracks = both.min_tracks;
+    judge_fit(answer.offset, both.fit, both.contrast, both.cues, for_these);
+  }
+}
+
+std::string nothing_found(const MotionInput& in, const std::vector<TrackMatch>& matches) {
+  if (in.a.empty() || in.b.empty()) return "a camera has no moving tracks";
+  return matches.empty() ? "no moving point looks alike in both cameras" : "no offset is better than the others";
 }
 
 /// The scan's best mode as a vote, for the ways that judge votes.
@@ -120,28 +138,27 @@ MotionAnswer offset_from_motion(const MotionInput& in, const SyncJob::Params& pa
   const bool fit = in.geometry && params.subframe == "epipolar";
   const std::string subframe = fit || params.subframe != "epipolar" ? params.subframe : "joint";
   answer.offset.method = fmt::format("motion/{}/{}", params.coarse, subframe);
-  if (in.a.empty() || in.b.empty()) {
-    undetermined(answer.offset, "a camera has no moving tracks");
-    return answer;
-  }
   const double frame_a_s = frame_interval_s(in.table_a), frame_b_s = frame_interval_s(in.table_b);
   const VerdictLimits limits{.frame_s = std::max(frame_a_s, frame_b_s),
                              .max_std_frames = params.max_std_frames,
-                             .min_tracks = params.min_tracks};
+                             .min_tracks = static_cast<double>(params.min_tracks)};
   Coarse coarse;
   coarse.scan.range = plausible_offsets(in.table_a, in.table_b, params.max_offset_s);
-  const auto matches = match_by_look(in.a, in.b, kCandidatesPerTrack, kMaxLookDistance);
-  answer.num_matches = matches.size();
-  if (matches.empty() || coarse.scan.range.num() == 0) {
-    undetermined(answer.offset,
-                 matches.empty() ? "no moving point looks alike in both cameras" : "the clips are too short");
+  if (coarse.scan.range.num() == 0) {
+    undetermined(answer.offset, "the clips are too short");
     return answer;
   }
+  const auto matches = match_by_look(in.a, in.b, kCandidatesPerTrack, kMaxLookDistance);
+  answer.num_matches = matches.size();
   if (by_geometry) {
     coarse.scan = scan_offsets(in.a, in.b, matches, *in.geometry, coarse.scan.range, kScanEpipolarPx);
     coarse.codes = as_vote(coarse.scan, matches.size());
   } else if (params.coarse == "codes") {
     coarse.codes = vote_by_codes(in.a, in.b, mutual_only(matches), coarse.scan.range);
+  }
+  if (!fit && matches.empty()) {
+    undetermined(answer.offset, nothing_found(in, matches));
+    return answer;
   }
   if (!fit) {
     const bool coarse_known = by_geometry || params.coarse == "codes";
@@ -151,10 +168,11 @@ MotionAnswer offset_from_motion(const MotionInput& in, const SyncJob::Params& pa
   }
   coarse.offset_s = coarse.codes.offset_s;
   answer.scan = coarse.scan;
-  if (coarse.codes.num_inliers == 0)
-    undetermined(answer.offset, "no offset is better than the others");
-  else
-    answer_by_epipolar_fit(answer, in, matches, coarse, limits);
+  const bool stands_out = coarse.codes.num_inliers > 0;
+  const Evidence none{"points", std::nullopt, 0};
+  const Evidence points = stands_out ? evidence_of_points(answer, in, matches, coarse, limits) : none;
+  answer_by_epipolar_fit(answer, points, evidence_of_outlines(answer, in, coarse.scan.range), limits);
+  if (!answer.fit && !stands_out) undetermined(answer.offset, nothing_found(in, matches));
   return answer;
 }
 

@@ -71,6 +71,11 @@ std::optional<double> PairGeometry::residual_px(const Eigen::Vector2d& a, double
   return sampson_px(fundamental_matrix(a_.pinhole(), *pose_a, b_.pinhole(), *pose_b), a, b);
 }
 
+EpipolarPencil PairGeometry::pencil() const {
+  check(a_.is_static() && b_.is_static(), "only static cameras have one pencil of epipolar planes");
+  return {{a_.pinhole(), *a_.at(0)}, {b_.pinhole(), *b_.at(0)}};
+}
+
 bool is_calibrated(const Calibration& calibration, const std::string& camera) {
   if (!calibration.cameras.contains(camera)) return false;
   const auto first = calibration.cam_from_world.lower_bound({camera, 0});

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "jobs/sync/epipolar_pencil.h"
 #include "schema/formats/calibration.h"
 #include "schema/formats/frame_table.h"
 
@@ -37,6 +38,8 @@ class PairGeometry {
   /// Signed Sampson distance of two observations made at time_a_s and time_b_s of their footages; empty without poses.
   std::optional<double> residual_px(const Eigen::Vector2d& a, double time_a_s, const Eigen::Vector2d& b,
                                     double time_b_s) const;
+  /// Of two static cameras.
+  EpipolarPencil pencil() const;
 
  private:
   CameraPath a_, b_;

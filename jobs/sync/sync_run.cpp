@@ -68,6 +68,9 @@ sync::MotionInput read_input(const JobContext& context, const std::string& a, co
   in.lens_a = lens_of(a);
   in.lens_b = lens_of(b);
   in.static_cameras = !moving_a && !moving_b;
+  if (in.geometry && in.static_cameras)
+    in.outlines = sync::FrontierInput{in.geometry->pencil(), read_moving_areas(context.input("track/" + a)),
+                                      read_moving_areas(context.input("track/" + b))};
   in.grey_a = grey_frames(context, calibration, a);
   in.grey_b = grey_frames(context, calibration, b);
   return in;
@@ -93,6 +96,11 @@ void run_motion(JobContext& context, const SyncJob::Params& params) {
   context.figure("matches", answer.num_matches);
   context.figure("contrast", std::min(answer.contrast, 1e3));
   for (const auto& [name, value] : answer.figures) context.figure(name, value);
+  if (answer.outlines.fit) {
+    context.figure("outlines_offset_s", answer.outlines.fit->offset_s);
+    context.figure("outlines_std_s", answer.outlines.fit->std_s);
+    context.figure("outlines_contrast", std::min(answer.outlines.scan.contrast(), 1e3));
+  }
   if (answer.fit) {
     context.figure("noise_px", answer.fit->noise_px);
     context.figure("bias_px", answer.fit->bias_px);

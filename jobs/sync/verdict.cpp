@@ -15,6 +15,12 @@ constexpr double kMinInlierShare = 0.4;
 constexpr double kMaxMoveFrames = 2;
 constexpr double kUnknownStdS = 1e3;
 
+/// Only where it is clearly not 1.
+std::string rate_in_words(const OffsetFit& fit) {
+  if (fit.rate_std == 0 || std::abs(fit.rate - 1) < 4 * fit.rate_std) return "";
+  return fmt::format(", and b's clock runs {:+.0f} ± {:.0f} ppm", 1e6 * (fit.rate - 1), 1e6 * fit.rate_std);
+}
+
 }  // namespace
 
 void undetermined(PairOffset& offset, const std::string& why) {
@@ -23,11 +29,14 @@ void undetermined(PairOffset& offset, const std::string& why) {
   if (offset.std_s == 0) offset.std_s = kUnknownStdS;
 }
 
-void judge_fit(PairOffset& offset, const std::optional<OffsetFit>& fit, double contrast, const VerdictLimits& limits) {
+void judge_fit(PairOffset& offset, const std::optional<OffsetFit>& fit, double contrast, const std::string& cues,
+               const VerdictLimits& limits) {
   if (!fit) return undetermined(offset, "nothing that both cameras see tells time");
   offset.offset_s = fit->offset_s;
   offset.rate = fit->rate;
   offset.std_s = fit->std_s;
+  offset.rate_std = fit->rate_std;
+  offset.pivot_b_s = fit->pivot_b_s;
   offset.num_inliers = fit->num_tracks;
   const double std_frames = fit->std_s / limits.frame_s;
   if (!(std_frames <= limits.max_std_frames))
@@ -41,8 +50,8 @@ void judge_fit(PairOffset& offset, const std::optional<OffsetFit>& fit, double c
     return undetermined(offset, fmt::format("another offset fits nearly as well (contrast {:.2f}, expected {:.2f})",
                                             contrast, limits.min_contrast));
   offset.determined = true;
-  offset.verdict = fmt::format("{:+.4f} s ± {:.1f} ms ({:.3f} frame) from {} tracks", fit->offset_s, 1e3 * fit->std_s,
-                               std_frames, fit->num_tracks);
+  offset.verdict = fmt::format("{:+.4f} s ± {:.1f} ms ({:.3f} frame) from {} tracks of {}{}", fit->offset_s,
+                               1e3 * fit->std_s, std_frames, fit->num_tracks, cues, rate_in_words(*fit));
 }
 
 void judge_subframe(PairOffset& offset, const CodeVote& coarse, const std::optional<SubframeVote>& vote,

@@ -38,13 +38,18 @@ cv::Mat1b background_plate(int num_frames, const GreyFrames& grey) {
   return plate;
 }
 
+double noise_threshold(const cv::Mat1b& difference) {
+  // Half a level is the least that 8-bit medians can tell.
+  const double noise = 1.4826 * std::max(0.5, median_level(difference));
+  return std::max(8.0, 4 * noise);
+}
+
 cv::Mat1b changed_pixels(const cv::Mat1b& picture, const cv::Mat1b& reference) {
   cv::Mat1b difference, mask;
   cv::absdiff(picture, reference, difference);
-  // Half a level is the least that 8-bit medians can tell.
-  const double noise = 1.4826 * std::max(0.5, median_level(difference));
+  const double threshold = noise_threshold(difference);
   cv::GaussianBlur(difference, difference, {3, 3}, 0);
-  cv::threshold(difference, mask, std::max(8.0, 4 * noise), 255, cv::THRESH_BINARY);
+  cv::threshold(difference, mask, threshold, 255, cv::THRESH_BINARY);
   cv::morphologyEx(mask, mask, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_RECT, {2, 2}));
   cv::dilate(mask, mask, cv::getStructuringElement(cv::MORPH_RECT, {5, 5}));
   return mask;

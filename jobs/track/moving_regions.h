@@ -11,8 +11,11 @@ using GreyFrames = std::function<cv::Mat1b(int frame)>;
 /// The static scene as a static camera sees it: per-pixel median of up to 31 frames spread over the clip.
 cv::Mat1b background_plate(int num_frames, const GreyFrames& grey);
 
-/// 255 where a picture differs from a reference by more than its noise (four robust standard deviations, at least
-/// 8 levels) over more than single pixels; widened by a few pixels.
+/// The least difference of two pictures that is not their noise: four robust standard deviations, at least 8 levels.
+double noise_threshold(const cv::Mat1b& difference);
+
+/// 255 where a picture differs from a reference by more than its noise over more than single pixels; widened by a few
+/// pixels.
 cv::Mat1b changed_pixels(const cv::Mat1b& picture, const cv::Mat1b& reference);
 
 /// Where things move, frame by frame. Static camera: against the plate. Moving camera: against the previous frame,

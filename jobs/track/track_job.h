@@ -26,7 +26,10 @@ struct TrackJob {
     }
   };
   static KindSpec spec() {
-    return {.name = "track", .version = 1, .reads = "frames, calibration", .publishes = "feature trajectories"};
+    return {.name = "track",
+            .version = 2,
+            .reads = "frames, calibration",
+            .publishes = "feature trajectories, moving areas"};
   }
   static std::vector<WorkUnit> split(const ShotState& state, const Params& params);
   static void run(JobContext& context, const Params& params);

@@ -3,6 +3,7 @@
 
 #include "jobs/track/follow.h"
 #include "jobs/track/looks.h"
+#include "jobs/track/motion_recorder.h"
 #include "jobs/track/track_job.h"
 #include "jobs/vision/camera_mask.h"
 #include "jobs/vision/shot_images.h"
@@ -57,23 +58,28 @@ void TrackJob::run(JobContext& context, const Params& params) {
     context.warn(camera + " is not calibrated: its tracks are in the footage's own pixels");
 
   const auto bgr = [&](int frame) { return picture_of(context, undistorter ? &*undistorter : nullptr, camera, frame); };
-  const track::GreyFrames grey = [&](int frame) {
-    cv::Mat1b out;
-    cv::cvtColor(bgr(frame), out, cv::COLOR_BGR2GRAY);
-    return out;
-  };
+  const bool camera_moves = context.unit().at("moving");
   const CameraMask mask(context, table);
   const track::FrameMasks counts = [&](int frame) {
     if (!mask.exists() || !undistorter) return mask.at(frame);
     return undistorter->apply_mask(mask.at(frame));
   };
+  track::MotionRecorder recorder(camera, table.fps);
+  const track::GreyFrames grey = [&](int frame) {
+    const cv::Mat picture = bgr(frame);
+    if (!camera_moves && frame == recorder.next_frame()) recorder.add(picture, counts(frame));  // read once for both
+    cv::Mat1b out;
+    cv::cvtColor(picture, out, cv::COLOR_BGR2GRAY);
+    return out;
+  };
   TrackSet set{.camera = camera, .width = table.width, .height = table.height, .tracks = {}};
   set.tracks = track::follow_features(
-      table.num_frames(), grey, options_from(params, context.unit().at("moving")),
+      table.num_frames(), grey, options_from(params, camera_moves),
       [&](double done) { context.progress(0.9 * done, "following points"); }, counts);
   context.progress(0.9, "describing points");
   track::describe_moving_tracks(set.tracks, table.num_frames(), grey);
   write_tracks(context.out("tracks.bin"), set);
+  write_moving_areas(context.out("moving.bin"), recorder.finish());
 
   const int middle = table.num_frames() / 2;
   write_picture(context.out("preview.jpg"), draw_tracks(bgr(middle), set.tracks, middle, 15));

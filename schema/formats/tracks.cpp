@@ -1,61 +1,16 @@
 #include "schema/formats/tracks.h"
 
-#include <bit>
-#include <cstring>
-
 #include "schema/base/error.h"
 #include "schema/base/files.h"
+#include "schema/formats/binary.h"
 
 namespace vantage {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "numbers are written as they lie in memory");
 constexpr char kMagic[4] = {'V', 'T', 'R', 'K'};
 constexpr std::uint32_t kVersion = 1;
 
-class Writer {
- public:
-  template <class T>
-  void put(const T& value) {
-    bytes_.append(reinterpret_cast<const char*>(&value), sizeof(T));
-  }
-  void put_size(std::size_t n) { put(static_cast<std::uint32_t>(n)); }
-  void put_bytes(const void* data, std::size_t n) { bytes_.append(static_cast<const char*>(data), n); }
-  const std::string& bytes() const { return bytes_; }
-
- private:
-  std::string bytes_;
-};
-
-class Reader {
- public:
-  Reader(std::string bytes, std::string where) : bytes_(std::move(bytes)), where_(std::move(where)) {}
-  template <class T>
-  T get() {
-    T value;
-    get_bytes(&value, sizeof(T));
-    return value;
-  }
-  /// A count of things of at least item_bytes each: refused when the file cannot hold them.
-  std::size_t get_size(std::size_t item_bytes) {
-    const std::size_t n = get<std::uint32_t>();
-    if (n > (bytes_.size() - at_) / item_bytes) fail("is truncated");
-    return n;
-  }
-  void get_bytes(void* data, std::size_t n) {
-    if (n > bytes_.size() - at_) fail("is truncated");
-    std::memcpy(data, bytes_.data() + at_, n);
-    at_ += n;
-  }
-  bool at_end() const { return at_ == bytes_.size(); }
-  [[noreturn]] void fail(const std::string& what) const { throw Error(ErrorKind::BadInput, where_ + ": " + what); }
-
- private:
-  std::string bytes_, where_;
-  std::size_t at_ = 0;
-};
-
-void put_track(Writer& out, const Track& track) {
+void put_track(BinaryWriter& out, const Track& track) {
   out.put(static_cast<std::int32_t>(track.first_frame));
   out.put_size(track.px.size());
   out.put_size(track.looks.size());
@@ -68,7 +23,7 @@ void put_track(Writer& out, const Track& track) {
   }
 }
 
-Track get_track(Reader& in) {
+Track get_track(BinaryReader& in) {
   Track track;
   track.first_frame = in.get<std::int32_t>();
   track.px.resize(in.get_size(2 * sizeof(float)));
@@ -86,7 +41,7 @@ Track get_track(Reader& in) {
 }  // namespace
 
 void write_tracks(const std::filesystem::path& file, const TrackSet& tracks) {
-  Writer out;
+  BinaryWriter out;
   out.put(kMagic);
   out.put(kVersion);
   out.put_size(tracks.camera.size());
@@ -100,7 +55,7 @@ void write_tracks(const std::filesystem::path& file, const TrackSet& tracks) {
 
 TrackSet read_tracks(const std::filesystem::path& track_artifact) {
   const auto file = track_artifact / "tracks.bin";
-  Reader in(read_file(file), file.string());
+  BinaryReader in(read_file(file), file.string());
   char magic[4];
   in.get_bytes(magic, sizeof magic);
   if (std::memcmp(magic, kMagic, sizeof magic) != 0) in.fail("is no track file, expected it to begin with VTRK");

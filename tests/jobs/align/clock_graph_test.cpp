@@ -79,14 +79,49 @@ TEST(ClockGraph, NothingDeterminedTiesNothing) {
   EXPECT_EQ(solve_clocks(kFive, pairs, 0).clocks.cameras.size(), 1U);
 }
 
+PairOffset rated(const std::string& a, const std::string& b, double offset_s, double rate, double rate_std,
+                 double pivot_b_s = 0) {
+  PairOffset pair{.a = a,
+                  .b = b,
+                  .offset_s = offset_s,
+                  .rate = rate,
+                  .std_s = 1e-4,
+                  .determined = true,
+                  .method = "",
+                  .verdict = ""};
+  pair.rate_std = rate_std;
+  pair.pivot_b_s = pivot_b_s;
+  return pair;
+}
+
 TEST(ClockGraph, RatesMultiplyAlongTheChain) {
   // t_a = 0.5 + 1.001 t_b, t_b = 0.25 + 0.999 t_c
-  const std::vector<PairOffset> pairs = {{"a", "b", 0.5, 1.001, 1e-4, true, "", 9, ""},
-                                         {"b", "c", 0.25, 0.999, 1e-4, true, "", 9, ""}};
-  const auto solution = solve_clocks({{"a"}, {"b"}, {"c"}}, pairs, 0);
-  EXPECT_NEAR(solution.clocks.find("b")->rate, 1.001, 1e-9);
-  EXPECT_NEAR(solution.clocks.find("c")->rate, 1.001 * 0.999, 1e-9);
-  EXPECT_NEAR(solution.clocks.find("c")->offset_s, 0.5 + 1.001 * 0.25, 1e-9);
+  const auto solution =
+      solve_clocks({{"a"}, {"b"}, {"c"}}, {rated("a", "b", 0.5, 1.001, 1e-6), rated("b", "c", 0.25, 0.997, 1e-6)}, 0);
+  EXPECT_NEAR(solution.clocks.find("b")->rate, 1.001, 1e-8);
+  EXPECT_NEAR(solution.clocks.find("c")->rate, 1.001 * 0.997, 1e-8);
+  EXPECT_NEAR(solution.clocks.find("c")->offset_s, 0.5 + 1.001 * 0.25, 1e-8);
+  EXPECT_GT(solution.clocks.find("c")->rate_std, solution.clocks.find("b")->rate_std);
+}
+
+TEST(ClockGraph, RateThatTooLittleFootageSaysIsNotBelieved) {
+  // Two seconds, a rate of 1 ± 0.003: noise turns the pair's line about its middle, which alone is sure.
+  const auto solution = solve_clocks({{"a"}, {"b"}}, {rated("a", "b", 0.5 - 0.004, 1.004, 0.003, 1)}, 0);
+  EXPECT_NEAR(solution.clocks.find("b")->rate, 1, 5e-5);
+  EXPECT_NEAR(solution.clocks.find("b")->offset_s, 0.5, 1e-4);
+}
+
+TEST(ClockGraph, WrongFrameRateIsFoundWhereThePairsTellIt) {
+  std::vector<PairOffset> pairs;
+  const std::vector<std::string> names = {"a", "b", "c", "d"};
+  for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t j = i + 1; j < 4; ++j) {
+      const double rate = (j == 1 ? 1 / 1.01 : 1) / (i == 1 ? 1 / 1.01 : 1);
+      pairs.push_back(rated(names[i], names[j], 0, rate, 0.002));
+    }
+  const auto solution = solve_clocks({{"a"}, {"b"}, {"c"}, {"d"}}, pairs, 0);
+  EXPECT_NEAR(solution.clocks.find("b")->rate, 1 / 1.01, 1e-4);
+  EXPECT_NEAR(solution.clocks.find("c")->rate, 1, 1e-4);
 }
 
 TEST(ClockGraph, MoreCertainPairWeighsMore) {

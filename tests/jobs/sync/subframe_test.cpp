@@ -97,7 +97,7 @@ TEST(EpipolarFit, SubframeWithNoiseAndWrongTracksAndHonestAboutIt) {
     EXPECT_LT(std::abs(error_frames), 0.05) << "seed " << seed;
     EXPECT_LT(std::abs(error_frames), 3 * fit->std_s * kFps) << "seed " << seed;
     PairOffset offset;
-    judge_fit(offset, fit, 5, kLimits);
+    judge_fit(offset, fit, 5, "points", kLimits);
     EXPECT_TRUE(offset.determined) << offset.verdict;
   }
 }
@@ -108,7 +108,7 @@ TEST(EpipolarFit, MotionAlongTheBaselineIsNeverAnswered) {
     const auto pairs = make_pairs(
         rig, {.num = 40, .offset_s = 1.4 / kFps, .noise_px = 0.3, .kind = Kind::AlongBaseline, .seed = seed});
     PairOffset offset;
-    judge_fit(offset, fit_offset(pairs, rig.geometry(), 1 / kFps, 2 / kFps), 5, kLimits);
+    judge_fit(offset, fit_offset(pairs, rig.geometry(), 1 / kFps, 2 / kFps), 5, "points", kLimits);
     EXPECT_FALSE(offset.determined) << "seed " << seed << ": " << offset.verdict;
   }
 }
@@ -125,13 +125,13 @@ TEST(EpipolarFit, DriftingClockIsFoundOverAMinute) {
 
 TEST(Verdict, SaysWhyAnOffsetIsNotBelieved) {
   PairOffset offset;
-  judge_fit(offset, OffsetFit{.offset_s = 1, .std_s = 0.02, .effective_tracks = 30}, 5, kLimits);
+  judge_fit(offset, OffsetFit{.offset_s = 1, .std_s = 0.02, .effective_tracks = 30}, 5, "points", kLimits);
   EXPECT_FALSE(offset.determined) << "0.6 frame";
-  judge_fit(offset, OffsetFit{.offset_s = 1, .std_s = 0.001, .effective_tracks = 3}, 5, kLimits);
+  judge_fit(offset, OffsetFit{.offset_s = 1, .std_s = 0.001, .effective_tracks = 3}, 5, "points", kLimits);
   EXPECT_FALSE(offset.determined) << "three tracks";
-  judge_fit(offset, OffsetFit{.offset_s = 1, .std_s = 0.001, .effective_tracks = 30}, 1.1, kLimits);
+  judge_fit(offset, OffsetFit{.offset_s = 1, .std_s = 0.001, .effective_tracks = 30}, 1.1, "points", kLimits);
   EXPECT_FALSE(offset.determined) << "two modes";
-  judge_fit(offset, OffsetFit{.offset_s = 1, .std_s = 0.001, .effective_tracks = 30}, 5, kLimits);
+  judge_fit(offset, OffsetFit{.offset_s = 1, .std_s = 0.001, .effective_tracks = 30}, 5, "points", kLimits);
   EXPECT_TRUE(offset.determined);
 }
 

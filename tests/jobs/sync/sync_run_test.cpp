@@ -7,6 +7,7 @@
 #include "schema/formats/calibration.h"
 #include "schema/formats/clocks.h"
 #include "schema/formats/frame_table.h"
+#include "schema/formats/moving_areas.h"
 #include "schema/formats/tracks.h"
 #include "tests/support/synthetic_scene.h"
 #include "tests/support/temporary_folder.h"
@@ -60,6 +61,23 @@ Track track_of(const ScenePoint& point, std::size_t number, const Scene& scene, 
   return track;
 }
 
+MovingAreas outlines_of(const std::string& camera, const std::vector<synthetic::Picture>& pictures) {
+  MovingAreas areas{camera, 1, pictures[0].id.cols, pictures[0].id.rows, {}};
+  for (const auto& picture : pictures) {
+    auto& runs = areas.frames.emplace_back();
+    const auto moves = [&](int x, int y) { return picture.id(y, x) >= synthetic::kFirstMovingId; };
+    for (int y = 0; y < areas.rows; ++y)
+      for (int x = 0; x < areas.columns; ++x) {
+        const int begin = x;
+        while (x < areas.columns && moves(x, y)) ++x;
+        if (x > begin)
+          runs.push_back(
+              {static_cast<std::uint16_t>(y), static_cast<std::uint16_t>(begin), static_cast<std::uint16_t>(x)});
+      }
+  }
+  return areas;
+}
+
 /// Two cameras of the ray-traced scene, on disk as the jobs before sync leave them.
 class SyncRun : public testing::Test {
  protected:
@@ -90,6 +108,7 @@ class SyncRun : public testing::Test {
         if (Track t = track_of(points[k], k, scene, camera, pictures); t.px.size() >= 6)
           set.tracks.push_back(std::move(t));
       write_tracks(track / "tracks.bin", set);
+      write_moving_areas(track / "moving.bin", outlines_of(camera.name, pictures));
       config_.inputs["ingest/" + camera.name] = ingest;
       config_.inputs["track/" + camera.name] = track;
     }
