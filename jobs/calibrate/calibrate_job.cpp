@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <iterator>
+#include <sstream>
 
 #include "jobs/mask_sources.h"
 #include "schema/base/error.h"
@@ -56,12 +57,31 @@ void check_chan_files(const Shot& shot, const Section& section) {
                               section.where("method"), camera.name, camera.line, camera.calibration));
 }
 
+void check_known_distance(const Shot& shot, const Section& section, const CalibrateJob::Params& params) {
+  const bool has_names = !params.known_distance.empty();
+  if (has_names != (params.known_distance_m > 0))
+    throw Error(ErrorKind::BadInput, section.where(has_names ? "known_distance" : "known_distance_m") +
+                                         ": known_distance and known_distance_m are needed together");
+  if (!has_names) return;
+  std::istringstream words(params.known_distance);
+  std::vector<std::string> names{std::istream_iterator<std::string>(words), {}};
+  const auto is_static = [&](const std::string& name) {
+    return std::any_of(shot.cameras.begin(), shot.cameras.end(),
+                       [&](const ShotCamera& c) { return c.name == name && !c.moving; });
+  };
+  if (names.size() != 2 || names[0] == names[1] || !is_static(names[0]) ||
+      !(names[1] == "ground" || is_static(names[1])))
+    throw Error(ErrorKind::BadInput,
+                fmt::format("{}: is \"{}\", expected two of the cameras that do not move, or one and the word ground",
+                            section.where("known_distance"), params.known_distance));
+}
+
 }  // namespace
 
 void CalibrateJob::check(const Shot& shot) {
   const Section section = shot.section("calibrate");
   const Params params = params_from_section<Params>(section);
-  if (params.method != "known") return;
+  if (params.method != "known") return check_known_distance(shot, section, params);
   if (params.model.empty()) return check_chan_files(shot, section);
   const fs::path model = shot.folder / params.model;
   if (model.extension() == ".toml") {

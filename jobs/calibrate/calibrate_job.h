@@ -21,6 +21,8 @@ struct CalibrateJob {
     int max_key_frames = 30;
     double max_reproj_error_px = 4;
     bool match_colour = true;
+    std::string known_distance;
+    double known_distance_m = 0;
     void fields(auto&& field) {
       field("method", method, OneOf{{"colmap", "known"}}, "colmap: from the pictures; known: from a COLMAP text model");
       field("model", model, Any{},
@@ -35,6 +37,11 @@ struct CalibrateJob {
       field("max_features", max_features, Range{500, 30000}, "features per picture");
       field("max_key_frames", max_key_frames, Range{3, 300},
             "pictures of a moving camera that are calibrated together; the others are placed between them");
+      field("known_distance", known_distance, Any{},
+            "method colmap: two cameras, or a camera and the ground, whose distance is known: \"cam0 cam3\", \"cam0 "
+            "ground\"");
+      field("known_distance_m", known_distance_m, Range{0, 1e5},
+            "that distance in metres: all lengths are then metres; 0: the size of the world stays open");
       field("max_reproj_error_px", max_reproj_error_px, Range{0.5, 20}, "farther off, a feature is no match");
       field("match_colour", match_colour, Any{},
             "cameras whose colours differ get one look: a gain per channel and a gamma per camera");

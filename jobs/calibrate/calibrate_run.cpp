@@ -42,9 +42,9 @@ Json report_of(const Calibration& calibration, const std::vector<FilmedCamera>& 
 }
 
 /// The cameras in other programs' words.
-void publish_exchange(JobContext& context, const Calibration& calibration) {
+void publish_exchange(JobContext& context, const Calibration& calibration, bool is_metric) {
   write_camera_toml(context.out("cameras.toml"), calibration);
-  write_usd_cameras(context.out("cameras.usda"), calibration, 0);
+  write_usd_cameras(context.out("cameras.usda"), calibration, is_metric ? 1 : 0);
   std::map<std::string, std::map<int, RigidTransform>> poses;
   for (const auto& [image, pose] : calibration.cam_from_world) poses[image.camera][image.frame] = pose;
   for (const auto& [name, of_frames] : poses)
@@ -53,7 +53,7 @@ void publish_exchange(JobContext& context, const Calibration& calibration) {
 
 void publish(JobContext& context, const Calibration& calibration, const Json& report) {
   write_calibration(context.out("cameras.txt").parent_path(), calibration);
-  publish_exchange(context, calibration);
+  publish_exchange(context, calibration, report.value("metric", false));
   write_json(context.out("report.json"), report);
   write_picture(context.out("preview.jpg"), top_view(calibration));
   for (const char* name : {"registered_cameras", "registered_images", "points", "mean_reprojection_px"})
@@ -95,6 +95,8 @@ void run_colmap_method(JobContext& context, const CalibrateJob::Params& params,
   report["mean_reprojection_px"] = estimated.bundle.mean_px;
   report["rms_reprojection_px"] = estimated.bundle.rms_px;
   report["observations"] = estimated.bundle.num_observations;
+  report["metric"] = estimated.world.is_metric;
+  if (estimated.world.ground_y) report["ground_y"] = *estimated.world.ground_y;
   publish(context, estimated.calibration, report);
   if (params.match_colour) match_colour(context, estimated.calibration, cameras);
   write_observations(context.out("observations.txt"), estimated.observations);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <sstream>
 
 #include "jobs/calibrate/frame_poses.h"
 #include "jobs/calibrate/gauge.h"
@@ -96,6 +97,14 @@ std::vector<PointObservation> observations_of(const SparseModel& model, const st
   return out;
 }
 
+/// "cam0 cam3" of the options, which check() has seen.
+std::optional<KnownDistance> known_distance(const CalibrateJob::Params& params) {
+  if (params.known_distance.empty()) return std::nullopt;
+  KnownDistance known{.from = {}, .to = {}, .metres = params.known_distance_m};
+  std::istringstream(params.known_distance) >> known.from >> known.to;
+  return known;
+}
+
 }  // namespace
 
 EstimatedCalibration estimate_calibration(const std::vector<FilmedCamera>& cameras, const FrameReader& read,
@@ -125,7 +134,7 @@ EstimatedCalibration estimate_calibration(const std::vector<FilmedCamera>& camer
   }
   out.calibration.points = points_of(model);
   out.observations = observations_of(model, cameras);
-  normalise_world(out.calibration);
+  out.world = normalise_world(out.calibration, known_distance(params));
   return out;
 }
 

@@ -6,6 +6,7 @@
 
 #include "jobs/calibrate/bundle.h"
 #include "jobs/calibrate/calibrate_job.h"
+#include "jobs/calibrate/gauge.h"
 #include "jobs/calibrate/known.h"
 #include "jobs/calibrate/observations.h"
 #include "jobs/calibrate/survey.h"
@@ -18,6 +19,7 @@ struct EstimatedCalibration {
   Calibration calibration;
   std::vector<PointObservation> observations;  ///< of calibration.points
   BundleReport bundle;
+  WorldFacts world;
   std::vector<std::string> warnings;  ///< sentences
 };
 

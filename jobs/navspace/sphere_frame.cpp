@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <random>
 
+#include "jobs/vision/ground_plane.h"
 #include "schema/base/error.h"
 
 namespace vantage {
@@ -71,23 +71,6 @@ Matrix3d axes_of(const Poses& poses, const Vector3d& centre, const Vector3d& up)
   return axes;
 }
 
-/// Plane through inliers: normal of least spread.
-Vector3d fitted_normal(const std::vector<Vector3d>& inliers) {
-  Vector3d mean = Vector3d::Zero();
-  for (const Vector3d& p : inliers) mean += p / static_cast<double>(inliers.size());
-  Matrix3d scatter = Matrix3d::Zero();
-  for (const Vector3d& p : inliers) scatter += (p - mean) * (p - mean).transpose();
-  return Eigen::SelfAdjointEigenSolver<Matrix3d>(scatter).eigenvectors().col(0);
-}
-
-std::vector<Vector3d> near_plane(const std::vector<Vector3d>& points, const Vector3d& normal, const Vector3d& on,
-                                 double distance) {
-  std::vector<Vector3d> near;
-  for (const Vector3d& p : points)
-    if (std::abs(normal.dot(p - on)) < distance) near.push_back(p);
-  return near;
-}
-
 }  // namespace
 
 std::optional<Vector3d> axes_meeting_point(const Poses& poses) {
@@ -103,33 +86,6 @@ std::optional<Vector3d> axes_meeting_point(const Poses& poses) {
     for (const RigidTransform& pose : camera)
       if ((pose * centre).z() <= 0) return std::nullopt;
   return centre;
-}
-
-std::optional<Vector3d> ground_normal(const std::vector<SparsePoint>& points, const Vector3d& rough_up,
-                                      double inlier_distance) {
-  constexpr int kRounds = 500;
-  constexpr std::size_t kMinInliers = 50;
-  if (points.size() < kMinInliers) return std::nullopt;
-  std::vector<double> heights;
-  for (const SparsePoint& p : points) heights.push_back(rough_up.dot(p.position));
-  const double middle = median(heights);
-  std::vector<Vector3d> low;
-  for (const SparsePoint& p : points)
-    if (rough_up.dot(p.position) <= middle) low.push_back(p.position);
-  std::mt19937 random(1);
-  const auto pick = [&] { return low[random() % low.size()]; };
-  std::vector<Vector3d> best;
-  for (int round = 0; round < kRounds; ++round) {
-    const Vector3d a = pick(), b = pick(), c = pick();
-    const Vector3d normal = (b - a).cross(c - a).normalized();
-    if (!(std::abs(normal.dot(rough_up)) > std::cos(std::numbers::pi / 6))) continue;
-    std::vector<Vector3d> inliers = near_plane(low, normal, a, inlier_distance);
-    if (inliers.size() > best.size()) best = std::move(inliers);
-  }
-  if (best.size() < kMinInliers || static_cast<double>(best.size()) < 0.15 * static_cast<double>(points.size()))
-    return std::nullopt;
-  const Vector3d normal = fitted_normal(best);
-  return normal.dot(rough_up) < 0 ? Vector3d(-normal) : normal;
 }
 
 SphereFrame sphere_frame(const Poses& poses, const std::vector<SparsePoint>& points) {
@@ -155,8 +111,8 @@ SphereFrame sphere_frame(const Poses& poses, const std::vector<SparsePoint>& poi
   Vector3d up =
       -camera_mean(poses, [](const RigidTransform& p) { return Vector3d(p.R.row(1).transpose()); }).normalized();
   frame.up_from = "cameras";
-  if (const auto ground = ground_normal(points, up, 0.01 * frame.radius)) {
-    up = *ground;
+  if (const auto ground = find_ground_plane(points, up, 0.01 * frame.radius)) {
+    up = ground->up;
     frame.up_from = "ground plane";
   }
   frame.axes = axes_of(poses, frame.centre, up);

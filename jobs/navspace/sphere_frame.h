@@ -25,10 +25,4 @@ SphereFrame sphere_frame(const std::vector<std::vector<RigidTransform>>& poses, 
 /// about 2 degrees) or the point lies behind a camera.
 std::optional<Eigen::Vector3d> axes_meeting_point(const std::vector<std::vector<RigidTransform>>& poses);
 
-/// Upward unit normal of the plane that most of the lower sparse points lie on, among planes within 30 degrees of
-/// rough_up; RANSAC with a fixed seed, then least squares. inlier_distance: world units.
-/// Empty when fewer than 50 points or 15 % of all lie on it.
-std::optional<Eigen::Vector3d> ground_normal(const std::vector<SparsePoint>& points, const Eigen::Vector3d& rough_up,
-                                             double inlier_distance);
-
 }  // namespace vantage

@@ -134,6 +134,47 @@ TEST(Gauge, PutsThePointsAtTheOriginUprightAndInUnitDistance) {
   EXPECT_TRUE(down.normalized().isApprox(Eigen::Vector3d::UnitY(), 1e-9));
 }
 
+/// Cameras that look down a little on level ground at y = 1.2 with a box of points on it.
+Calibration above_ground() {
+  Calibration calibration;
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> wide(-2, 2), box(-0.4, 0.4), noise(-0.002, 0.002);
+  const auto add_point = [&](const Eigen::Vector3d& position) {
+    calibration.points.emplace_back();
+    calibration.points.back().position = position;
+  };
+  for (int i = 0; i < 200; ++i) add_point({wide(random), 1.2 + noise(random), 4 + wide(random)});
+  for (int i = 0; i < 150; ++i) add_point({box(random), 0.7 + box(random), 4 + box(random)});
+  for (int c = 0; c < 3; ++c) {
+    RigidTransform& pose = calibration.cam_from_world[{fmt::format("cam{}", c), 0}];
+    pose.R =
+        (Eigen::AngleAxisd(0.25, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(0.2 * (c - 1), Eigen::Vector3d::UnitY()))
+            .toRotationMatrix();
+    pose.t = -pose.R * Eigen::Vector3d(c - 1, -0.5, 0);
+  }
+  return calibration;
+}
+
+TEST(Gauge, LiesOnTheGroundAndTakesAKnownDistance) {
+  Calibration calibration = above_ground();
+  const WorldFacts facts = normalise_world(calibration, KnownDistance{"cam0", "cam2", 5});
+  EXPECT_TRUE(facts.is_metric);
+  const auto centre = [&](const char* name) { return calibration.pose({name, 0}).centre(); };
+  EXPECT_NEAR((centre("cam0") - centre("cam2")).norm(), 5, 1e-9);
+  ASSERT_TRUE(facts.ground_y);
+  // 1.7 above the ground at 2.5 metres a unit, though the cameras look down.
+  for (const char* name : {"cam0", "cam1", "cam2"}) EXPECT_NEAR(*facts.ground_y - centre(name).y(), 4.25, 0.02) << name;
+}
+
+TEST(Gauge, TheGroundItselfMayBeTheKnownDistance) {
+  Calibration calibration = above_ground();
+  const WorldFacts facts = normalise_world(calibration, KnownDistance{"cam1", "ground", 3});
+  EXPECT_NEAR(*facts.ground_y - calibration.pose({"cam1", 0}).centre().y(), 3, 1e-6);
+  EXPECT_THROW(normalise_world(calibration, KnownDistance{"cam7", "ground", 3}), Error);
+  calibration.points.resize(10);
+  EXPECT_THROW(normalise_world(calibration, KnownDistance{"cam1", "ground", 3}), Error);
+}
+
 TEST(FramePoses, FollowsAMovingCameraBetweenItsKeyFrames) {
   const Scene scene({.moving = false, .supersample = 2, .noise_sigma = 0});
   const SceneCamera still = synthetic::arc_cameras(3, 9, 320, 180)[1];

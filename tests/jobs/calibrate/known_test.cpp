@@ -120,6 +120,31 @@ TEST_F(Known, CheckPointsAtTheLineOfTheModel) {
   CalibrateJob::check(shot);
 }
 
+TEST_F(Known, CheckWantsTwoStandingCamerasForADistance) {
+  Shot shot;
+  shot.folder = folder_;
+  shot.cameras.resize(3);
+  shot.cameras[0].name = "left", shot.cameras[1].name = "right", shot.cameras[2].name = "held";
+  shot.cameras[2].moving = true;
+  const auto error_with = [&](const std::string& names, double metres) -> std::string {
+    shot.sections["calibrate"] = {.file = "shot.toml",
+                                  .name = "calibrate",
+                                  .line = 3,
+                                  .values = {{"known_distance", {names, 4}}, {"known_distance_m", {metres, 5}}}};
+    try {
+      CalibrateJob::check(shot);
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(error_with("left right", 2), "");
+  EXPECT_EQ(error_with("left ground", 2), "");
+  EXPECT_NE(error_with("left", 2).find("shot.toml:4"), std::string::npos);
+  EXPECT_NE(error_with("left held", 2).find("expected two of the cameras that do not move"), std::string::npos);
+  EXPECT_NE(error_with("left right", 0).find("are needed together"), std::string::npos);
+}
+
 TEST_F(Known, KeyHoldsNothingThatDoesNotMatter) {
   Shot shot;
   shot.folder = folder_;
