@@ -153,7 +153,7 @@ TEST_F(Known, KeyHoldsNothingThatDoesNotMatter) {
   CalibrateJob::Params params;
   params.method = "known", params.model = ".", params.max_features = 1234;
   const auto units = CalibrateJob::split(ShotState(shot, [](const std::string&) { return std::nullopt; }), params);
-  EXPECT_EQ(units.at(0).params, (Json{{"method", "known"}}));
+  EXPECT_EQ(units.at(0).params, (Json{{"method", "known"}, {"match_colour", true}}));
   EXPECT_EQ(units[0].needs, (std::vector<std::string>{"ingest/left", "ingest/right"}));
   EXPECT_EQ(units[0].sources.size(), 3U);
 }
