@@ -19,9 +19,9 @@ namespace {
 constexpr int kPreviewWidthPx = 480;
 
 void write(const fs::path& path, const cv::Mat& picture) {
-  // Measured at 1080p: this strategy is 10 % faster and 8 % smaller than zlib's default at level 1.
-  const std::vector<int> options{cv::IMWRITE_PNG_COMPRESSION, 1, cv::IMWRITE_PNG_STRATEGY,
-                                 cv::IMWRITE_PNG_STRATEGY_RLE};
+  // Measured at 1080p with a sensor's noise: 50 ms. With a level given OpenCV lets libpng try all filters for every
+  // row: 86 ms at level 1, for files 16 % smaller that take 37 instead of 27 ms to read.
+  const std::vector<int> options{cv::IMWRITE_PNG_STRATEGY, cv::IMWRITE_PNG_STRATEGY_RLE};
   if (!cv::imwrite(path.string(), picture, options))
     throw Error(ErrorKind::Resource, path.string() + ": cannot write the picture");
 }

@@ -14,13 +14,14 @@ namespace vantage {
 namespace fs = std::filesystem;
 namespace {
 
+/// By way of planar RGB, which swscale converts to at more than twice the speed (measured), to the same values.
 /// showinfo last: it tells of exactly the pictures that come out.
 std::string filters_of(const VideoFacts& facts) {
   std::string chain = facts.is_interlaced ? "bwdif=mode=send_frame:deint=interlaced," : "";
   chain += fmt::format(
       R"(scale=w='if(gt(sar\,1)\,round(iw*sar)\,iw)':h='if(lt(sar\,1)\,round(ih/sar)\,ih)':in_color_matrix={}:)",
       facts.matrix.empty() ? facts.matrix_used() : "auto");
-  return chain + "flags=bicubic+accurate_rnd+full_chroma_int,format=rgb24,showinfo=checksum=0";
+  return chain + "flags=bicubic+accurate_rnd+full_chroma_int,format=gbrp,scale,format=rgb24,showinfo=checksum=0";
 }
 
 std::vector<std::string> command(const fs::path& video, const VideoFacts& facts) {
