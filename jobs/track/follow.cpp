@@ -11,6 +11,7 @@ namespace {
 /// OpenCV puts the centre of the first pixel at 0, we at 0.5.
 constexpr float kCentre = 0.5F;
 constexpr double kCornerQuality = 0.01;
+constexpr int kCornerBlock = 5, kCornerMargin = 8;
 constexpr int kPyramidLevels = 3;
 /// Neighbouring tracks of a moving thing: near enough for some on small things, far enough to be worth having.
 constexpr double kMovingSpacingPx = 4;
@@ -30,10 +31,14 @@ class Follower {
 
   void add_frame(int frame, const cv::Mat1b& grey, const cv::Mat1b& counts) {
     cv::Mat homography;
-    if (!grey_.empty() && !live_.empty()) homography = step(grey, counts);
+    std::vector<cv::Mat> pyramid;
+    const cv::Size window(options_.window_px, options_.window_px);
+    cv::buildOpticalFlowPyramid(grey, pyramid, window, kPyramidLevels);
+    if (!grey_.empty() && !live_.empty()) homography = step(pyramid, grey.size(), counts);
     const cv::Mat1b moving = regions_.mask(grey, grey_, homography);
     find_corners(frame, grey, moving, counts);
     grey_ = grey;
+    pyramid_ = std::move(pyramid);
   }
   std::vector<Track> finish() {
     for (auto& track : live_) retire(std::move(track));
@@ -44,12 +49,12 @@ class Follower {
   }
 
  private:
-  /// Follows all live tracks into `grey`; returns the background's homography (empty for a static camera or none
-  /// found).
-  cv::Mat step(const cv::Mat1b& grey, const cv::Mat1b& counts) {
+  /// Follows all live tracks into the picture of a pyramid; returns the background's homography (empty for a static
+  /// camera or none found).
+  cv::Mat step(const std::vector<cv::Mat>& pyramid, cv::Size size, const cv::Mat1b& counts) {
     std::vector<cv::Point2f> from, to, back;
     for (const auto& track : live_) from.push_back(track.px.back());
-    const std::vector<bool> good = follow_both_ways(grey, from, to, back);
+    const std::vector<bool> good = follow_both_ways(pyramid, size, from, to, back);
     const cv::Mat homography = options_.camera_moves ? background_motion(from, to, good) : cv::Mat();
     std::vector<LiveTrack> kept;
     for (std::size_t i = 0; i < live_.size(); ++i) {
@@ -64,19 +69,20 @@ class Follower {
     return homography;
   }
 
-  std::vector<bool> follow_both_ways(const cv::Mat1b& grey, const std::vector<cv::Point2f>& from,
-                                     std::vector<cv::Point2f>& to, std::vector<cv::Point2f>& back) const {
+  std::vector<bool> follow_both_ways(const std::vector<cv::Mat>& pyramid, cv::Size size,
+                                     const std::vector<cv::Point2f>& from, std::vector<cv::Point2f>& to,
+                                     std::vector<cv::Point2f>& back) const {
     const cv::Size window(options_.window_px, options_.window_px);
     const cv::TermCriteria stop(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 40, 0.005);
     std::vector<uchar> ok, ok_back;
     std::vector<float> error;
-    cv::calcOpticalFlowPyrLK(grey_, grey, from, to, ok, error, window, kPyramidLevels, stop);
+    cv::calcOpticalFlowPyrLK(pyramid_, pyramid, from, to, ok, error, window, kPyramidLevels, stop);
     back = from;
-    cv::calcOpticalFlowPyrLK(grey, grey_, to, back, ok_back, error, window, kPyramidLevels, stop,
+    cv::calcOpticalFlowPyrLK(pyramid, pyramid_, to, back, ok_back, error, window, kPyramidLevels, stop,
                              cv::OPTFLOW_USE_INITIAL_FLOW);
     const float margin = 1;
-    const cv::Rect2f inside(margin, margin, static_cast<float>(grey.cols) - 1 - 2 * margin,
-                            static_cast<float>(grey.rows) - 1 - 2 * margin);
+    const cv::Rect2f inside(margin, margin, static_cast<float>(size.width) - 1 - 2 * margin,
+                            static_cast<float>(size.height) - 1 - 2 * margin);
     std::vector<bool> good(from.size());
     for (std::size_t i = 0; i < from.size(); ++i)
       good[i] = ok[i] && ok_back[i] && inside.contains(to[i]) &&
@@ -129,10 +135,15 @@ class Follower {
       cv::circle(mask, track.px.back(), static_cast<int>(spacing_px), cv::Scalar(0), cv::FILLED);
     }
     const int room = max_live - num_live;
-    if (room <= 0 || cv::countNonZero(mask) == 0) return;
+    cv::Rect box = cv::boundingRect(mask);
+    if (room <= 0 || box.empty()) return;
+    // Only around what is looked at, with room for the corner measure's windows: the same corners for less.
+    box = (box + cv::Size(2 * kCornerMargin, 2 * kCornerMargin) - cv::Point(kCornerMargin, kCornerMargin)) &
+          cv::Rect({}, grey.size());
     std::vector<cv::Point2f> corners;
-    cv::goodFeaturesToTrack(grey, corners, room, kCornerQuality, spacing_px, mask, 5);
+    cv::goodFeaturesToTrack(grey(box), corners, room, kCornerQuality, spacing_px, mask(box), kCornerBlock);
     if (corners.empty()) return;
+    for (auto& corner : corners) corner += cv::Point2f(box.tl());
     cv::cornerSubPix(grey, corners, {2, 2}, {-1, -1}, {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.01});
     for (const auto& corner : corners) live_.push_back({frame, {corner}, {{0, 0}}, in_moving_region});
   }
@@ -160,6 +171,7 @@ class Follower {
   FollowOptions options_;
   MovingRegions regions_;
   cv::Mat1b grey_;
+  std::vector<cv::Mat> pyramid_;  // of grey_, with derivatives
   std::vector<LiveTrack> live_;
   std::vector<Track> done_;
 };
