@@ -5,6 +5,7 @@
 
 #include "jobs/align/align_job.h"
 #include "jobs/align/clock_graph.h"
+#include "jobs/align/readout.h"
 #include "schema/base/error.h"
 #include "schema/formats/frame_table.h"
 
@@ -88,6 +89,26 @@ void report(JobContext& context, const align::ClockSolution& solution, const std
         "moving things with its neighbours");
 }
 
+/// A read-out that is neither given nor negligible shifts moving things by rows.
+void report_readouts(JobContext& context, const std::vector<Camera>& cameras) {
+  constexpr double kMinStds = 3, kMinReadoutS = 3e-3;
+  std::vector<PairShutter> pairs;
+  std::vector<align::ShutterCamera> shutters;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    shutters.push_back({cameras[i].name, frame_s(cameras[i].table)});
+    for (std::size_t j = i + 1; j < cameras.size(); ++j)
+      if (auto pair = read_pair_shutter(context.input("sync/" + cameras[i].name + "__" + cameras[j].name)))
+        pairs.push_back(std::move(*pair));
+  }
+  for (const align::Readout& r : align::estimate_readouts(pairs, shutters)) {
+    if (r.readout_s < std::max(kMinReadoutS, kMinStds * r.std_s)) continue;
+    context.warn(
+        fmt::format("{}'s pictures look as if their rows were read out over {:.1f} ± {:.1f} ms more than its "
+                    "readout_ms says: set readout_ms if it has a rolling shutter",
+                    r.camera, 1e3 * r.readout_s, 1e3 * r.std_s));
+  }
+}
+
 [[noreturn]] void nothing_synchronised(const std::vector<PairOffset>& pairs) {
   throw Error(
       ErrorKind::BadInput,
@@ -105,6 +126,7 @@ Clocks solved_clocks(JobContext& context, const std::vector<Camera>& cameras, co
                                             {params.max_inconsistency_std, params.max_inconsistency_frames});
   if (solution.clocks.cameras.size() < 2) nothing_synchronised(pairs);
   report(context, solution, pairs);
+  report_readouts(context, cameras);
   if (solution.clocks.reference != cameras.front().name)
     context.warn(
         fmt::format("{} cannot be the reference, which is now {}", cameras.front().name, solution.clocks.reference));

@@ -64,6 +64,15 @@ std::optional<TimeJump> jump_of(const MotionInput& in, const std::vector<PathPai
                          .frame_b_s = frame_interval_s(in.table_b)});
 }
 
+PairShutter shutter_of(const MotionInput& in, const std::vector<PathPair>& pairs, const OffsetFit& fit) {
+  return shutter_information({.pairs = pairs,
+                              .residual = residual_by(*in.geometry),
+                              .clock = fit,
+                              .height_a_px = in.table_a.height,
+                              .height_b_px = in.table_b.height,
+                              .frame_b_s = frame_interval_s(in.table_b)});
+}
+
 /// The matched points' part: refined at the coarse offset, scanned again, fitted.
 Evidence evidence_of_points(MotionAnswer& answer, const MotionInput& in, const std::vector<TrackMatch>& matches,
                             const Coarse& coarse, const VerdictLimits& limits) {
@@ -89,6 +98,8 @@ Evidence evidence_of_points(MotionAnswer& answer, const MotionInput& in, const s
   if (answer.jump) {
     start_s = points.fit->offset_s + (answer.jump->longer_is_before ? answer.jump->before_s : answer.jump->after_s);
     points.fit = fit_clock(longer_piece(refined.pairs, *answer.jump), *in.geometry, start_s, frame_s, overlap_s);
+  } else if (points.fit) {
+    answer.shutter = shutter_of(in, refined.pairs, *points.fit);
   }
   answer.scan = refined.scan;
   answer.num_matches = refined.pairs.size();

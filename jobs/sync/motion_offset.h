@@ -5,6 +5,7 @@
 #include "jobs/sync/cross_view.h"
 #include "jobs/sync/evidence.h"
 #include "jobs/sync/frontier_offset.h"
+#include "jobs/sync/shutter_information.h"
 #include "jobs/sync/sync_job.h"
 #include "jobs/sync/time_jumps.h"
 #include "jobs/sync/verdict.h"
@@ -28,6 +29,7 @@ struct MotionAnswer {
   OffsetScan scan;
   std::optional<OffsetFit> fit;
   std::map<std::string, double> figures;  ///< more for the job's report
+  std::optional<PairShutter> shutter;     ///< what calibrated cameras' points say of their read-out
   std::optional<TimeJump> jump;           ///< the offset is that of its longer side
   std::vector<PathPair> points;           ///< the matched points that the fit rests on
   FrontierAnswer outlines;                ///< what the outlines of moving things say

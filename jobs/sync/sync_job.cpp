@@ -22,6 +22,8 @@ WorkUnit pair_unit(const ShotCamera& a, const ShotCamera& b, const SyncJob::Para
   if (params.method == "motion") {
     unit.unit["moving_a"] = a.moving;
     unit.unit["moving_b"] = b.moving;
+    unit.unit["readout_ms_a"] = a.readout_ms;
+    unit.unit["readout_ms_b"] = b.readout_ms;
     unit.needs.insert(unit.needs.end(), {"track/" + a.name, "track/" + b.name, "calibrate"});
   }
   return unit;

@@ -53,11 +53,14 @@ sync::GreyFrames grey_frames(const JobContext& context, const Calibration& calib
 sync::MotionInput read_input(const JobContext& context, const std::string& a, const std::string& b) {
   const Calibration calibration = read_calibration(context.input("calibrate"));
   const bool moving_a = context.unit().at("moving_a"), moving_b = context.unit().at("moving_b");
+  const auto readout_s = [&](const char* key) { return 1e-3 * context.unit().value(key, 0.0); };
   sync::MotionInput in;
   in.table_a = read_frame_table(context.input("ingest/" + a));
   in.table_b = read_frame_table(context.input("ingest/" + b));
-  in.a = sync::moving_tracks(read_tracks(context.input("track/" + a)), in.table_a, kMaxTracksPerCamera);
-  in.b = sync::moving_tracks(read_tracks(context.input("track/" + b)), in.table_b, kMaxTracksPerCamera);
+  in.a = sync::moving_tracks(read_tracks(context.input("track/" + a)), in.table_a, kMaxTracksPerCamera,
+                             readout_s("readout_ms_a"));
+  in.b = sync::moving_tracks(read_tracks(context.input("track/" + b)), in.table_b, kMaxTracksPerCamera,
+                             readout_s("readout_ms_b"));
   if (sync::is_calibrated(calibration, a) && sync::is_calibrated(calibration, b))
     in.geometry.emplace(sync::CameraPath(calibration, in.table_a, moving_a),
                         sync::CameraPath(calibration, in.table_b, moving_b));
@@ -93,6 +96,11 @@ void run_motion(JobContext& context, const SyncJob::Params& params) {
     answer.offset.verdict += "; " + lost;
   }
   publish(context, answer.offset);
+  if (answer.shutter && answer.offset.determined) {
+    answer.shutter->a = names.a;
+    answer.shutter->b = names.b;
+    write_pair_shutter(context.out("shutter.json"), *answer.shutter);
+  }
   context.figure("matches", answer.num_matches);
   context.figure("contrast", std::min(answer.contrast, 1e3));
   for (const auto& [name, value] : answer.figures) context.figure(name, value);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "schema/base/error.h"
@@ -66,7 +67,10 @@ TimedTrack::Velocity TimedTrack::velocity_at(double time_s) const {
   return {(1 - u) * p.px_per_s + u * q.px_per_s, (1 - u) * p.std_per_px + u * q.std_per_px};
 }
 
-std::vector<TimedTrack> moving_tracks(const TrackSet& set, const FrameTable& table, std::size_t max_tracks) {
+double row_delay_s(double y_px, int height_px, double readout_s) { return readout_s * (y_px / height_px - 0.5); }
+
+std::vector<TimedTrack> moving_tracks(const TrackSet& set, const FrameTable& table, std::size_t max_tracks,
+                                      double readout_s) {
   std::vector<const Track*> chosen;
   for (const Track& track : set.tracks)
     if (track.moving && track.px.size() >= 2 && !track.looks.empty()) chosen.push_back(&track);
@@ -81,6 +85,8 @@ std::vector<TimedTrack> moving_tracks(const TrackSet& set, const FrameTable& tab
     std::vector<Eigen::Vector2d> px;
     for (const auto& p : track->px) px.push_back(p.cast<double>());
     std::vector<double> times_s(first, first + static_cast<std::ptrdiff_t>(px.size()));
+    for (std::size_t k = 0; k < px.size(); ++k) times_s[k] += row_delay_s(px[k].y(), set.height, readout_s);
+    if (std::adjacent_find(times_s.begin(), times_s.end(), std::greater_equal<>()) != times_s.end()) continue;
     TimedTrack timed(std::move(times_s), std::move(px));
     timed.first_frame = track->first_frame;
     for (const auto& look : track->looks) timed.looks.push_back(look.descriptor);

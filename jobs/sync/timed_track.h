@@ -47,8 +47,14 @@ class TimedTrack {
   std::vector<Velocity> velocities_;
 };
 
-/// The moving tracks of a camera, at most max_tracks of them: those that say most, by extent times length.
-std::vector<TimedTrack> moving_tracks(const TrackSet& tracks, const FrameTable& table, std::size_t max_tracks);
+/// When row y of a picture is exposed against its time stamp. A camera's time is that of its middle row, so readout_s,
+/// the time from the first row's exposure to the last one's, moves a point by readout_s * (y / height - 0.5).
+double row_delay_s(double y_px, int height_px, double readout_s);
+
+/// The moving tracks of a camera, at most max_tracks of them: those that say most, by extent times length. Each sample
+/// at its row's moment; tracks that jump over so many rows that their samples would not follow in time are left out.
+std::vector<TimedTrack> moving_tracks(const TrackSet& tracks, const FrameTable& table, std::size_t max_tracks,
+                                      double readout_s);
 
 /// Median time between frames.
 double frame_interval_s(const FrameTable& table);
