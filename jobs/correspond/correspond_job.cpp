@@ -1,7 +1,6 @@
 #include "jobs/correspond/correspond_job.h"
 
 #include <algorithm>
-#include <iterator>
 #include <set>
 
 #include "jobs/mask_sources.h"
@@ -39,7 +38,9 @@ WorkUnit unit_of(const ShotState& state, const ImageId& first, const ImageId& se
   unit.needs = {"calibrate", "ingest/" + first.camera};
   if (second.camera != first.camera) unit.needs.push_back("ingest/" + second.camera);
   unit.sources = mask_sources(state, first);
-  std::ranges::move(mask_sources(state, second), std::back_inserter(unit.sources));
+  for (const Source& source : mask_sources(state, second))
+    if (std::ranges::find(unit.sources, source.name, &Source::name) == unit.sources.end())
+      unit.sources.push_back(source);  // one still for both frames of a camera is one source
   unit.links = {{"forward.exr", "flow/" + a + "__" + b + ".exr"}, {"backward.exr", "flow/" + b + "__" + a + ".exr"}};
   unit.need = need_of(calibration.camera(first.camera).pinhole, params);
   return unit;

@@ -24,9 +24,18 @@ PosedPicture posed(ShotImages& images, const ImageId& image, const cv::Mat& bgr)
   return picture;
 }
 
-/// No confidence where a person's mask says that a pixel does not count.
-void ignore_masked(ShotImages& images, const ImageId& image, FlowMap& flow) {
-  if (const cv::Mat1b counts = images.mask(image); !counts.empty()) flow.confidence.setTo(0, counts == 0);
+/// No confidence where a person's mask says that a pixel, or the one that it moves to, does not count. Masks may be
+/// empty: everything counts.
+void ignore_masked(const cv::Mat1b& from_counts, const cv::Mat1b& to_counts, FlowMap& flow) {
+  if (!from_counts.empty()) flow.confidence.setTo(0, from_counts == 0);
+  if (to_counts.empty()) return;
+  const cv::Rect inside({}, to_counts.size());
+  for (int y = 0; y < flow.confidence.rows; ++y)
+    for (int x = 0; x < flow.confidence.cols; ++x) {
+      const cv::Vec2f motion = flow.motion_px(y, x);
+      const cv::Point to(cvRound(static_cast<float>(x) + motion[0]), cvRound(static_cast<float>(y) + motion[1]));
+      if (inside.contains(to) && to_counts(to) == 0) flow.confidence(y, x) = 0;
+    }
 }
 
 /// Colours reach full saturation at the longest motion that is not an outlier.
@@ -65,8 +74,9 @@ void CorrespondJob::run(JobContext& context, const Params& params) {
       .consistent_px = static_cast<float>(params.consistent_px),
       .stereo = {.max_pixels = static_cast<int>(1e6 * params.max_stereo_megapixels), .max_labels = params.max_depths}};
   ImageMatch match = match_images(a, b, options);
-  ignore_masked(images, first, match.forward);
-  ignore_masked(images, second, match.backward);
+  const cv::Mat1b first_counts = images.mask(first), second_counts = images.mask(second);
+  ignore_masked(first_counts, second_counts, match.forward);
+  ignore_masked(second_counts, first_counts, match.backward);
 
   context.progress(0.9, "writing");
   write_flow(context.out("forward.exr"), match.forward);

@@ -60,6 +60,19 @@ class CorrespondJobTest : public testing::Test {
                                 {});
   }
 
+  JobContext context_of(const WorkUnit& unit) {
+    JobContext::Config config{.unit = unit.unit,
+                              .inputs = {},
+                              .sources = {},
+                              .out_dir = artifact("out"),
+                              .scratch_dir = artifact("scratch"),
+                              .cores = 1,
+                              .on_progress = {}};
+    for (const std::string& need : unit.needs) config.inputs[need] = folder_.path() / need;
+    for (const Source& source : unit.sources) config.sources[source.name] = source.path;
+    return JobContext(config);
+  }
+
   TemporaryFolder folder_;
   std::vector<SceneCamera> cameras_;
   synthetic::Scene scene_;
@@ -93,17 +106,8 @@ TEST_F(CorrespondJobTest, UnitsNameNothingButTheirTwoImages) {
 
 TEST_F(CorrespondJobTest, RunWritesBothMapsAndAPicture) {
   shot_.sections["depth"] = {"shot.toml", "depth", 3, {}};
-  const WorkUnit unit = split()[1];
-  JobContext::Config config{.unit = unit.unit,
-                            .inputs = {},
-                            .sources = {},
-                            .out_dir = artifact("out"),
-                            .scratch_dir = artifact("scratch"),
-                            .cores = 1,
-                            .on_progress = {}};
-  for (const std::string& need : unit.needs) config.inputs[need] = folder_.path() / need;
-  JobContext context(config);
-  CorrespondJob::run(context, params_from_json<CorrespondJob::Params>(unit.params));
+  JobContext context = context_of(split()[1]);
+  CorrespondJob::run(context, {});
   for (const char* name : {"forward.exr", "backward.exr"}) {
     const FlowMap flow = read_flow(folder_.path() / "out" / name);
     EXPECT_EQ(flow.motion_px.size(), cv::Size(160, 90));
@@ -112,6 +116,30 @@ TEST_F(CorrespondJobTest, RunWritesBothMapsAndAPicture) {
   }
   EXPECT_TRUE(std::filesystem::exists(folder_.path() / "out/preview.jpg"));
   EXPECT_GT(context.figures().at("consistent_percent").get<double>(), 50);
+}
+
+TEST_F(CorrespondJobTest, MaskedPixelsHaveNoConfidence) {
+  shot_.sections["depth"] = {"shot.toml", "depth", 3, {}};
+  shot_.folder = folder_.path();
+  shot_.cameras[1].mask = "mask.png";
+  cv::Mat1b mask(90, 160, uchar{255});
+  mask.colRange(0, 80).setTo(0);
+  write_picture(folder_.path() / "mask.png", mask);
+  EXPECT_EQ(split()[4].sources.size(), 1U) << "both frames of the camera have one mask";
+  const WorkUnit unit = split()[1];
+  ASSERT_EQ(unit.sources.size(), 1U);
+  JobContext context = context_of(unit);
+  CorrespondJob::run(context, {});
+  const FlowMap forward = read_flow(folder_.path() / "out/forward.exr");
+  const FlowMap backward = read_flow(folder_.path() / "out/backward.exr");
+  EXPECT_EQ(cv::countNonZero(backward.confidence.colRange(0, 80) > 0), 0);
+  EXPECT_GT(cv::countNonZero(backward.confidence.colRange(80, 160) > 0), 3000);
+  int num_into_the_mask = 0;
+  for (int y = 0; y < 90; ++y)
+    for (int x = 0; x < 160; ++x)
+      num_into_the_mask += forward.confidence(y, x) > 0 && static_cast<float>(x) + forward.motion_px(y, x)[0] < 79;
+  EXPECT_EQ(num_into_the_mask, 0);
+  EXPECT_GT(cv::countNonZero(forward.confidence > 0), 3000);
 }
 
 }  // namespace

@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <chrono>
+
 #include "schema/base/error.h"
 #include "schema/base/files.h"
+#include "schema/base/program_pipe.h"
 
 namespace vantage {
 namespace {
@@ -40,6 +43,27 @@ TEST(RunProgram, SaysThatAProgramIsMissing) {
     EXPECT_EQ(e.kind(), ErrorKind::Resource);
     EXPECT_NE(std::string(e.what()).find("no-such-program-anywhere"), std::string::npos);
   }
+}
+
+TEST(ProgramPipe, GivesTheOutputAsItComesAndThenTheStatus) {
+  const auto err = temporary("pipe_err");
+  ProgramPipe pipe({"sh", "-c", "printf abc; echo oops >&2; printf defg; exit 4"}, err);
+  char bytes[5] = {};
+  EXPECT_EQ(pipe.read(bytes, 5), 5U);
+  EXPECT_EQ(std::string(bytes, 5), "abcde");
+  EXPECT_EQ(pipe.read(bytes, 5), 2U);
+  EXPECT_EQ(pipe.read(bytes, 5), 0U);
+  EXPECT_EQ(pipe.wait(), 4);
+  EXPECT_EQ(read_file(err), "oops\n");
+  std::filesystem::remove(err);
+}
+
+TEST(ProgramPipe, EndsAProgramThatNobodyReadsAnyMore) {
+  const auto err = temporary("pipe_err");
+  const auto start = std::chrono::steady_clock::now();
+  { ProgramPipe pipe({"sleep", "60"}, err); }
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(30));
+  std::filesystem::remove(err);
 }
 
 }  // namespace
