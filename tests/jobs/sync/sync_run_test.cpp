@@ -133,7 +133,8 @@ TEST_F(SyncRun, FindsTheSubframeOffsetOfAFilmedScene) {
   const PairOffset offset = run({});
   EXPECT_TRUE(offset.determined) << offset.verdict;
   EXPECT_NEAR(offset.offset_s * 30, offset_s_ * 30, 0.1) << offset.verdict;
-  EXPECT_TRUE(std::filesystem::exists(folder_.path() / "out" / "preview.jpg"));
+  for (const char* picture : {"preview.jpg", "matches.jpg", "residuals.png"})
+    EXPECT_TRUE(std::filesystem::exists(folder_.path() / "out" / picture)) << picture;
 }
 
 TEST_F(SyncRun, SoundlessFootageIsUndeterminedByAudio) {
