@@ -3,20 +3,35 @@
 
 namespace vantage {
 
+/// What of the lenses is solved for besides their models' own terms.
+struct LensFreedom {
+  bool centre = false;  ///< the principal point, weakly held at the picture's centre; else fixed where it is
+  bool whole = false;   ///< two focal lengths and four terms of distortion, whatever the model has (OPENCV)
+  bool shared = false;  ///< one physical lens took all pictures, which are of one size
+};
+
+struct BundleOptions {
+  double max_error_px = 4;  ///< farther off, a measurement is none
+  LensFreedom lens;
+};
+
 struct BundleReport {
   int num_observations = 0;
-  int num_dropped = 0;  ///< observations farther off than max_error_px after the first round
+  int num_dropped = 0;  ///< observations that were too far off
   double rms_px = 0;    ///< per coordinate pair: root mean square distance
   double mean_px = 0;   ///< mean distance
+  LensFreedom lens;
 };
 
 /// Bundle adjustment: poses, points, focal lengths and the lens terms of each camera's model, minimising distances in
-/// px under a soft-L1 loss (Triggs et al. 2000). Two rounds; between them observations farther off than max_error_px
-/// are dropped, and points seen less than twice. Principal points stay: pictures of one place do not tell them.
-BundleReport refine_bundle(SparseModel& model, double max_error_px);
+/// px under Cauchy's loss (Triggs et al. 2000). Three rounds; after each, observations farther off than five robust
+/// standard deviations, at most max_error_px, are dropped, and points seen less than twice.
+BundleReport refine_bundle(SparseModel& model, const BundleOptions& options);
 
-/// Removes lens terms that the pictures do not prove. A camera whose lens moves no pixel by more than 1 px becomes a
-/// pinhole when that costs less than 2 % of the error: its pictures then need no resampling, which would blur them.
-BundleReport drop_idle_lenses(SparseModel& model, double max_error_px, const BundleReport& before);
+/// Robust standard deviation of one coordinate of the measurements, from the median of their distances.
+double noise_px(const SparseModel& model);
+
+/// Distance between where an observation was measured and where the model sees it; infinite behind the camera.
+double error_px(const SparseModel& model, const SparseModel::Observation& observation);
 
 }  // namespace vantage

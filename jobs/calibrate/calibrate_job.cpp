@@ -101,8 +101,12 @@ std::vector<WorkUnit> CalibrateJob::split(const ShotState& state, const Params& 
   WorkUnit unit;
   unit.name = "calibrate";
   unit.params = params_that_matter(params);
+  // Known clocks let what moves be matched; they matter to nothing else here.
+  const bool clocks_are_known = params.method != "known" && shot.text("sync", "method", "") == "known";
   for (const auto& camera : shot.cameras) {
-    unit.unit["cameras"].push_back({{"name", camera.name}, {"moving", camera.moving}});
+    Json entry{{"name", camera.name}, {"moving", camera.moving}};
+    if (clocks_are_known && camera.start_s) entry["start_s"] = *camera.start_s;
+    unit.unit["cameras"].push_back(entry);
     unit.needs.push_back("ingest/" + camera.name);
     std::ranges::move(mask_sources(shot, camera), std::back_inserter(unit.sources));
   }

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "jobs/calibrate/calibrate_job.h"
 #include "jobs/calibrate/colour_match.h"
 #include "jobs/calibrate/exchange/camera_toml.h"
@@ -6,6 +8,7 @@
 #include "jobs/calibrate/known.h"
 #include "jobs/calibrate/preview.h"
 #include "jobs/calibrate/solve.h"
+#include "jobs/vision/camera_mask.h"
 #include "jobs/vision/shot_images.h"
 #include "schema/base/error.h"
 
@@ -17,14 +20,17 @@ std::vector<FilmedCamera> cameras_of(const JobContext& context) {
   std::vector<FilmedCamera> cameras;
   for (const auto& camera : context.unit().at("cameras"))
     cameras.push_back(
-        {read_frame_table(context.input("ingest/" + camera.at("name").get<std::string>())), camera.at("moving")});
+        {.table = read_frame_table(context.input("ingest/" + camera.at("name").get<std::string>())),
+         .moving = camera.at("moving"),
+         .start_s = camera.contains("start_s") ? std::optional<double>(camera["start_s"]) : std::nullopt});
   return cameras;
 }
 
 Json report_of(const Calibration& calibration, const std::vector<FilmedCamera>& cameras) {
   Json report{{"cameras", Json::array()}, {"points", calibration.points.size()}};
-  for (const auto& [table, moving] : cameras) {
-    Json entry{{"name", table.camera}, {"frames", table.num_frames()}, {"moving", moving}, {"registered", 0}};
+  for (const auto& camera : cameras) {
+    const FrameTable& table = camera.table;
+    Json entry{{"name", table.camera}, {"frames", table.num_frames()}, {"moving", camera.moving}, {"registered", 0}};
     if (const auto found = calibration.cameras.find(table.camera); found != calibration.cameras.end()) {
       const Pinhole& p = found->second.pinhole;
       entry.update(
@@ -51,12 +57,54 @@ void publish_exchange(JobContext& context, const Calibration& calibration, bool 
     write_chan(context.out("chan/" + name + ".chan"), calibration.camera(name).pinhole, of_frames);
 }
 
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Median distance of the pictures from the middle of the scene's points, in world units.
+double radius_of(const Calibration& calibration) {
+  Eigen::Vector3d middle;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const auto& point : calibration.points) values.push_back(point.position[axis]);
+    middle[axis] = median(std::move(values));
+  }
+  std::vector<double> distances;
+  for (const auto& [image, pose] : calibration.cam_from_world) distances.push_back((pose.centre() - middle).norm());
+  return median(std::move(distances));
+}
+
+/// Standard deviations of every camera (the median of a moving one's key frames), and of the shot's median camera.
+void report_certainty(const EstimatedCalibration& estimated, Json& report) {
+  const double radius = radius_of(estimated.calibration);
+  std::map<std::string, std::vector<double>> of_all;
+  for (Json& camera : report["cameras"]) {
+    std::map<std::string, std::vector<double>> of_camera;
+    for (const auto& [image, c] : estimated.certainty) {
+      if (image.camera != camera["name"]) continue;
+      of_camera["centre_std"].push_back(c.centre_std);
+      of_camera["centre_std_percent"].push_back(100 * c.centre_std / radius);
+      of_camera["rotation_std_deg"].push_back(c.rotation_std_deg);
+      of_camera["focal_std_percent"].push_back(c.focal_std_percent);
+    }
+    for (const auto& [name, values] : of_camera) {
+      camera[name] = median(values);
+      of_all[name].push_back(median(values));
+    }
+  }
+  for (const auto& [name, values] : of_all) report[name] = median(values);
+}
+
 void publish(JobContext& context, const Calibration& calibration, const Json& report) {
   write_calibration(context.out("cameras.txt").parent_path(), calibration);
   publish_exchange(context, calibration, report.value("metric", false));
   write_json(context.out("report.json"), report);
   write_picture(context.out("preview.jpg"), top_view(calibration));
-  for (const char* name : {"registered_cameras", "registered_images", "points", "mean_reprojection_px"})
+  for (const char* name :
+       {"registered_cameras", "registered_images", "points", "mean_reprojection_px", "centre_std_percent",
+        "rotation_std_deg", "focal_std_percent", "shared_lens", "principal_point_refined"})
     if (report.contains(name)) context.figure(name, report[name]);
 }
 
@@ -83,11 +131,17 @@ void run_known(JobContext& context, const CalibrateJob::Params& params, const st
 
 void run_colmap_method(JobContext& context, const CalibrateJob::Params& params,
                        const std::vector<FilmedCamera>& cameras) {
-  const FrameReader read = [&](const ImageId& image) {
-    return read_picture(frame_path(context.input("ingest/" + image.camera), image.frame));
-  };
+  std::map<std::string, CameraMask> masks;
+  for (const auto& camera : cameras) masks.emplace(camera.table.camera, CameraMask(context, camera.table));
+  const Footage footage{.frame =
+                            [&](const ImageId& image) {
+                              return read_picture(frame_path(context.input("ingest/" + image.camera), image.frame));
+                            },
+                        .counts = [&](const std::string& camera, const std::vector<int>& frames) -> cv::Mat {
+                          return masks.at(camera).of_plate(frames);
+                        }};
   const auto estimated =
-      estimate_calibration(cameras, read, params, context.scratch(), context.cores(),
+      estimate_calibration(cameras, footage, params, context.scratch(), context.cores(),
                            [&](double fraction, const std::string& phase) { context.progress(fraction, phase); });
   for (const auto& sentence : estimated.warnings) context.warn(sentence);
   Json report = report_of(estimated.calibration, cameras);
@@ -97,6 +151,9 @@ void run_colmap_method(JobContext& context, const CalibrateJob::Params& params,
   report["observations"] = estimated.bundle.num_observations;
   report["metric"] = estimated.world.is_metric;
   if (estimated.world.ground_y) report["ground_y"] = *estimated.world.ground_y;
+  report["shared_lens"] = estimated.bundle.lens.shared;
+  report["principal_point_refined"] = estimated.bundle.lens.centre;
+  report_certainty(estimated, report);
   publish(context, estimated.calibration, report);
   if (params.match_colour) match_colour(context, estimated.calibration, cameras);
   write_observations(context.out("observations.txt"), estimated.observations);

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 
+#include "jobs/calibrate/colmap_database.h"
 #include "schema/base/error.h"
 #include "schema/base/files.h"
 #include "schema/base/program.h"
@@ -17,7 +19,7 @@ using Words = std::vector<std::string>;
 /// One call of COLMAP. What it prints goes to the log in the work folder; its end is quoted when things go wrong.
 class Colmap {
  public:
-  Colmap(const fs::path& work, const ColmapOptions& options) : work_(work), options_(options) {}
+  explicit Colmap(const fs::path& work) : work_(work) {}
 
   int run(const std::string& command, const Words& words) const {
     Words argv{"colmap", command};
@@ -32,7 +34,6 @@ class Colmap {
                             status, one_line(end)));
   }
   fs::path log() const { return work_ / "colmap.log"; }
-  std::string threads() const { return std::to_string(options_.num_threads); }
 
  private:
   static std::string one_line(std::string text) {
@@ -41,68 +42,48 @@ class Colmap {
     return text;
   }
   const fs::path& work_;
-  const ColmapOptions& options_;
 };
 
-void extract_features(const Colmap& colmap, const fs::path& pictures, const fs::path& db, const ColmapOptions& o) {
-  Words words{"--database_path",
-              db.string(),
-              "--image_path",
-              pictures.string(),
-              "--ImageReader.single_camera_per_folder",
-              "1",
-              "--ImageReader.camera_model",
-              o.lens,
-              "--SiftExtraction.use_gpu",
-              "0",
-              "--SiftExtraction.num_threads",
-              colmap.threads(),
-              "--SiftExtraction.max_image_size",
-              std::to_string(o.max_picture_px),
-              "--SiftExtraction.max_num_features",
-              std::to_string(o.max_features)};
-  if (o.loose)
-    for (const char* word : {"--SiftExtraction.peak_threshold", "0.0025", "--SiftExtraction.estimate_affine_shape", "1",
-                             "--SiftExtraction.domain_size_pooling", "1"})
-      words.emplace_back(word);
-  const int status = colmap.run("feature_extractor", words);
-  if (status != 0 || !fs::exists(db)) colmap.fail("feature_extractor", status);
-}
-
-void match(const Colmap& colmap, const std::vector<PicturePair>& pairs, const fs::path& db, const fs::path& list,
-           const ColmapOptions& o) {
-  std::string text;
-  for (const auto& [a, b] : pairs) text += a + " " + b + "\n";
-  write_file_atomically(list, text);
-  const int status =
-      colmap.run("matches_importer",
-                 {"--database_path", db.string(), "--match_list_path", list.string(), "--match_type", "pairs",
-                  "--SiftMatching.use_gpu", "0", "--SiftMatching.num_threads", colmap.threads(),
-                  "--SiftMatching.guided_matching", o.loose ? "1" : "0", "--SiftMatching.max_error",
-                  fmt::format("{}", o.max_reproj_error_px), "--SiftMatching.max_ratio", o.loose ? "0.85" : "0.8"});
-  if (status != 0) colmap.fail("matches_importer", status);
+/// What mapping starts from: no distortion, the centre of the picture.
+std::map<std::string, LensModel> first_lenses(const Survey& survey, const MapperOptions& o) {
+  const std::map<std::string, std::size_t> num_distortion{
+      {"SIMPLE_PINHOLE", 0}, {"SIMPLE_RADIAL", 1}, {"RADIAL", 2}, {"OPENCV", 4}};
+  std::map<std::string, LensModel> out;
+  for (const auto& p : survey.pictures) {
+    const double f = o.focal_guess * std::max(p.width, p.height);
+    std::vector<double> params{f};
+    if (o.lens == "OPENCV") params.push_back(f);
+    params.insert(params.end(), {p.width / 2.0, p.height / 2.0});
+    params.resize(params.size() + num_distortion.at(o.lens));
+    out[p.image.camera] = {o.lens, p.width, p.height, params};
+  }
+  return out;
 }
 
 /// Folder of the largest model, if any.
-std::optional<fs::path> map_points(const Colmap& colmap, const fs::path& pictures, const fs::path& db,
-                                   const fs::path& sparse, const ColmapOptions& o) {
+std::optional<fs::path> map_points(const Colmap& colmap, const fs::path& db, const fs::path& work,
+                                   const MapperOptions& o) {
+  const fs::path sparse = work / "sparse";
   fs::create_directories(sparse);
   Words words{"--database_path",
               db.string(),
               "--image_path",
-              pictures.string(),
+              work.string(),
               "--output_path",
               sparse.string(),
               "--random_seed",
               "1",
+              "--Mapper.extract_colors",
+              "0",
               "--Mapper.num_threads",
-              colmap.threads(),
+              "1",
               "--Mapper.multiple_models",
               "0",
               "--Mapper.min_model_size",
               "2",
               "--Mapper.filter_max_reproj_error",
               fmt::format("{}", o.max_reproj_error_px)};
+  if (!o.free_lens) words.insert(words.end(), {"--Mapper.ba_refine_extra_params", "0"});
   if (o.loose)
     for (const char* word : {"--Mapper.init_min_tri_angle", "4", "--Mapper.init_min_num_inliers", "30",
                              "--Mapper.abs_pose_min_num_inliers", "12", "--Mapper.abs_pose_min_inlier_ratio", "0.15",
@@ -114,27 +95,52 @@ std::optional<fs::path> map_points(const Colmap& colmap, const fs::path& picture
   return fs::exists(model / "images.bin") ? std::optional(model) : std::nullopt;
 }
 
+/// What COLMAP was not told: when each feature was seen, and its colour.
+void add_what_was_seen(const Survey& survey, SparseModel& model) {
+  struct Seen {
+    std::vector<std::optional<int>> frame;
+    std::vector<Eigen::Vector3i> rgb;
+    std::vector<Eigen::Vector2d> carried_px;
+  };
+  std::map<ImageId, Seen> seen;
+  for (const auto& picture : survey.pictures) {
+    Seen& s = seen[picture.image];
+    for (const auto& g : picture.glimpses)
+      for (std::size_t i = 0; i < g.features.size(); ++i) {
+        s.frame.push_back(g.frame);
+        s.rgb.push_back(g.features.rgb[i]);
+        s.carried_px.push_back(g.carried_px.empty() ? Eigen::Vector2d(0, 0) : g.carried_px[i]);
+      }
+  }
+  for (auto& o : model.observations) {
+    const Seen& s = seen.at(o.image);
+    const auto feature = static_cast<std::size_t>(o.feature);
+    o.frame = s.frame[feature];
+    o.carried_px = s.carried_px[feature];
+    model.points[static_cast<std::size_t>(o.point)].rgb = s.rgb[feature];
+  }
+}
+
 }  // namespace
 
-SparseModel run_colmap(const fs::path& pictures, const std::vector<PicturePair>& pairs, const fs::path& work,
-                       const ColmapOptions& options) {
-  const Colmap colmap(work, options);
-  const auto progress = [&](double fraction, const char* phase) {
-    if (options.on_progress) options.on_progress(fraction, phase);
-  };
+SparseModel map_with_colmap(const Survey& survey, const std::vector<PicturePair>& pairs, const fs::path& work,
+                            const MapperOptions& options) {
+  fs::remove_all(work);
+  fs::create_directories(work);
+  const Colmap colmap(work);
   const fs::path db = work / "database.db", text = work / "text";
-  progress(0, "features");
-  extract_features(colmap, pictures, db, options);
-  progress(0.3, "matches");
-  match(colmap, pairs, db, work / "pairs.txt", options);
-  progress(0.8, "cameras and points");
-  const auto model = map_points(colmap, pictures, db, work / "sparse", options);
+  const int made = colmap.run("database_creator", {"--database_path", db.string()});
+  if (made != 0 || !fs::exists(db)) colmap.fail("database_creator", made);
+  fill_colmap_database(db, first_lenses(survey, options), survey, pairs);
+  const auto model = map_points(colmap, db, work, options);
   if (!model) return {};
   fs::create_directories(text);
   const int status = colmap.run(
       "model_converter", {"--input_path", model->string(), "--output_path", text.string(), "--output_type", "TXT"});
   if (status != 0 || !fs::exists(text / "images.txt")) colmap.fail("model_converter", status);
-  return read_sparse_model(text);
+  SparseModel out = read_sparse_model(text);
+  add_what_was_seen(survey, out);
+  return out;
 }
 
 }  // namespace vantage

@@ -1,35 +1,28 @@
 #pragma once
 #include <filesystem>
-#include <functional>
-#include <string>
-#include <utility>
 #include <vector>
 
+#include "jobs/calibrate/picture_pair.h"
 #include "jobs/calibrate/sparse_model.h"
+#include "jobs/calibrate/survey.h"
 
 namespace vantage {
 
-/// How COLMAP 3.8's programs are run, on the CPU and without a display.
-struct ColmapOptions {
-  std::string lens = "SIMPLE_RADIAL";  ///< model of every camera; one camera per folder of pictures
-  int max_picture_px = 1600;           ///< longer side at which features are sought
-  int max_features = 4096;
+/// How COLMAP 3.8's incremental mapper (Schönberger & Frahm 2016) is run.
+struct MapperOptions {
+  std::string lens = "SIMPLE_RADIAL";  ///< model of every camera
+  double focal_guess = 1.2;            ///< in longer sides of the picture
   double max_reproj_error_px = 4;
-  bool loose = false;  ///< second attempt: fainter features, described for wide baselines, matched again along
-                       ///< epipolar lines; fewer matches suffice. 3× slower
-  int num_threads = 1;
-  std::function<void(double fraction, const std::string& phase)> on_progress;
+  bool free_lens = false;  ///< distortion is solved for as cameras are added; else it stays 0
+  bool loose = false;      ///< cameras are placed by fewer points and from narrower first pairs
 };
 
-/// Two pictures to be matched, as named below the folder of pictures.
-using PicturePair = std::pair<std::string, std::string>;
-
-/// Structure from motion on the pictures below `pictures` (<camera>/<frame:06d>.png). work: an empty private folder.
-/// Returns an empty model when no two pictures have enough in common. The outputs are checked, not the exit statuses,
-/// which are 0 for some failures and not 0 for "no initial pair". Same pictures give slightly different results from
-/// run to run: COLMAP's matcher uses randomised trees. Throws Error(Resource) when COLMAP is missing or runs out of
-/// memory.
-SparseModel run_colmap(const std::filesystem::path& pictures, const std::vector<PicturePair>& pairs,
-                       const std::filesystem::path& work, const ColmapOptions& options);
+/// Poses and points from matches. work: a private folder, made and emptied. Returns an empty model when no two pictures
+/// have enough in common. The same matches give the same model, bit by bit: the mapper has one thread, with more
+/// its sums vary. The outputs are checked, not COLMAP's exit
+/// statuses, which are 0 for some failures and not 0 for "no initial pair". Throws Error(Resource) when COLMAP is
+/// missing or runs out of memory.
+SparseModel map_with_colmap(const Survey& survey, const std::vector<PicturePair>& pairs,
+                            const std::filesystem::path& work, const MapperOptions& options);
 
 }  // namespace vantage

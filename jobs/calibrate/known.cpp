@@ -51,7 +51,7 @@ KnownCalibration fit_to_shot(const Calibration& given, const fs::path& where, bo
   std::map<std::string, std::map<int, RigidTransform>> poses;
   for (const auto& [image, pose] : given.cam_from_world) poses[image.camera][image.frame] = pose;
   KnownCalibration out;
-  for (const auto& [table, moving] : cameras) {
+  for (const auto& [table, moving, start_s] : cameras) {
     const auto found = given.cameras.find(table.camera);
     if (found == given.cameras.end())
       fail(where, fmt::format("has no image of camera '{}'; it has images of: {}", table.camera, names_in(given)));

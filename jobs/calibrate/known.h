@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@ namespace vantage {
 struct FilmedCamera {
   FrameTable table;
   bool moving = false;
+  std::optional<double> start_s;  ///< shot time of its first frame, when its clock is known to be exact
 };
 
 struct KnownCalibration {

@@ -15,13 +15,12 @@ namespace {
 
 constexpr const char* kHeader = "# POINT3D_ID CAMERA FRAME X Y; FRAME -: at all times; px of the footage\n";
 
-/// Empty when the text is neither - nor a frame number.
-std::optional<std::optional<int>> parse_frame(const std::string& text) {
-  if (text == "-") return std::optional<int>();
+/// False when the text is neither - nor a frame number.
+bool parse_frame(const std::string& text, std::optional<int>& out) {
   int frame = 0;
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), frame);
-  if (failure != std::errc() || end != text.data() + text.size() || frame < 0) return std::nullopt;
-  return std::optional(frame);
+  if (failure == std::errc() && end == text.data() + text.size() && frame >= 0) out = frame;
+  return out || text == "-";
 }
 
 std::optional<PointObservation> parse(const std::string& line) {
@@ -29,9 +28,7 @@ std::optional<PointObservation> parse(const std::string& line) {
   PointObservation out;
   std::string frame, rest;
   if (!(words >> out.point >> out.camera >> frame >> out.px.x() >> out.px.y()) || words >> rest) return std::nullopt;
-  const auto parsed = parse_frame(frame);
-  if (!parsed || out.point < 1) return std::nullopt;
-  out.frame = *parsed;
+  if (!parse_frame(frame, out.frame) || out.point < 1) return std::nullopt;
   --out.point;
   return out;
 }

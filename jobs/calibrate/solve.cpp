@@ -7,6 +7,8 @@
 
 #include "jobs/calibrate/frame_poses.h"
 #include "jobs/calibrate/gauge.h"
+#include "jobs/calibrate/lens_choice.h"
+#include "jobs/calibrate/reconstruct.h"
 #include "jobs/vision/undistort.h"
 #include "schema/base/error.h"
 
@@ -16,40 +18,15 @@ namespace {
 
 using Progress = std::function<void(double, const std::string&)>;
 
-/// A second, looser attempt is made when a camera is missing; the better one counts.
-SparseModel reconstruct(const fs::path& pictures, const Survey& survey, std::size_t num_cameras,
-                        const CalibrateJob::Params& params, const fs::path& work, int num_threads,
-                        const Progress& on_progress) {
-  ColmapOptions options{.lens = params.lens,
-                        .max_picture_px = params.feature_width_px,
-                        .max_features = params.max_features,
-                        .max_reproj_error_px = params.max_reproj_error_px,
-                        .num_threads = num_threads,
-                        .on_progress = [&](double f, const std::string& phase) { on_progress(0.1 + 0.4 * f, phase); }};
-  fs::create_directories(work / "first");
-  SparseModel first = run_colmap(pictures, survey.pairs(), work / "first", options);
-  if (first.lenses.size() == num_cameras) return first;
-  options.loose = true;
-  options.on_progress = [&](double f, const std::string& phase) {
-    on_progress(0.5 + 0.3 * f, phase + ", second attempt");
-  };
-  fs::create_directories(work / "second");
-  SparseModel second = run_colmap(pictures, survey.pairs(), work / "second", options);
-  const auto rank = [](const SparseModel& m) { return std::pair(m.lenses.size(), m.cam_from_world.size()); };
-  return rank(second) > rank(first) ? second : first;
-}
-
-[[noreturn]] void fail_with_nothing_in_common(const SparseModel& model, const fs::path& pictures, const Survey& survey,
-                                              std::size_t num_cameras) {
-  const BestPair best = best_pair(pictures, survey);
+[[noreturn]] void fail_with_nothing_in_common(const Reconstruction& found, std::size_t num_cameras) {
+  const auto& best = found.best_pair;
   throw Error(
       ErrorKind::BadInput,
-      fmt::format(
-          "calibrate: cameras see nothing in common: {} of {} could be placed, expected at least 2; the best pair, {} "
-          "and {}, has "
-          "{} matching features, about 50 are needed. Film a textured background, put cameras at most 15 degrees "
-          "apart, or give a known calibration",
-          model.num_cameras(), num_cameras, best.a, best.b, best.num_matches));
+      fmt::format("calibrate: cameras see nothing in common: {} of {} could be placed, expected at least 2; the "
+                  "best pair, {} and {}, has {} matching features, about 50 are needed. Film a textured "
+                  "background, put cameras at most 15 degrees apart, say when each started (start_s and [sync] "
+                  "method = \"known\"), or give a known calibration",
+                  found.model.num_cameras(), num_cameras, best.a, best.b, best.num_matches));
 }
 
 CameraModel camera_model(const std::string& name, int id, const LensModel& lens) {
@@ -81,18 +58,16 @@ std::vector<SparsePoint> points_of(const SparseModel& model) {
   std::vector<SparsePoint> out;
   for (const auto& p : model.points)
     out.push_back({.position = p.position, .rgb = p.rgb, .error_px = 0, .seen_in = {}});
-  for (const auto& o : model.observations) out[static_cast<std::size_t>(o.point)].seen_in.push_back(o.image);
+  for (const auto& o : model.observations)
+    out[static_cast<std::size_t>(o.point)].seen_in.push_back({o.image.camera, o.frame.value_or(o.image.frame)});
   for (std::size_t i = 0; i < out.size(); ++i) std::sort(out[i].seen_in.begin(), out[i].seen_in.end());
   return out;
 }
 
-std::vector<PointObservation> observations_of(const SparseModel& model, const std::vector<FilmedCamera>& cameras) {
-  std::map<std::string, bool> is_moving;
-  for (const auto& camera : cameras) is_moving[camera.table.camera] = camera.moving;
+std::vector<PointObservation> observations_of(const SparseModel& model) {
   std::vector<PointObservation> out;
   for (const auto& o : model.observations) {
-    const auto frame = is_moving.at(o.image.camera) ? std::optional(o.image.frame) : o.frame;
-    out.push_back({.point = o.point, .camera = o.image.camera, .frame = frame, .px = o.px});
+    out.push_back({.point = o.point, .camera = o.image.camera, .frame = o.frame, .px = o.px - o.carried_px});
   }
   return out;
 }
@@ -105,20 +80,40 @@ std::optional<KnownDistance> known_distance(const CalibrateJob::Params& params) 
   return known;
 }
 
+/// Mean distance of the pictures' centres from their middle.
+double spread_of(const SparseModel& model, const std::map<ImageId, RigidTransform>& cam_from_world) {
+  const double num = static_cast<double>(model.cam_from_world.size());
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const auto& [image, pose] : model.cam_from_world) middle += cam_from_world.at(image).centre() / num;
+  double spread = 0;
+  for (const auto& [image, pose] : model.cam_from_world)
+    spread += (cam_from_world.at(image).centre() - middle).norm() / num;
+  return spread;
+}
+
+/// In the units of the calibration's world.
+std::map<ImageId, CameraCertainty> scaled_certainty(SparseModel& model, const EstimatedCalibration& estimated) {
+  auto out = certainty_of(model, estimated.bundle.lens);
+  const double before = spread_of(model, model.cam_from_world);
+  if (!(before > 0)) return {};
+  const double scale = spread_of(model, estimated.calibration.cam_from_world) / before;
+  for (auto& [image, certainty] : out) certainty.centre_std *= scale;
+  return out;
+}
+
 }  // namespace
 
-EstimatedCalibration estimate_calibration(const std::vector<FilmedCamera>& cameras, const FrameReader& read,
+EstimatedCalibration estimate_calibration(const std::vector<FilmedCamera>& cameras, const Footage& footage,
                                           const CalibrateJob::Params& params, const fs::path& work, int num_threads,
                                           const Progress& on_progress) {
-  on_progress(0, "pictures");
-  const fs::path pictures = work / "pictures";
-  const Survey survey = write_survey(pictures, cameras, read, params.plate_frames, params.max_key_frames);
-  SparseModel model = reconstruct(pictures, survey, cameras.size(), params, work, num_threads, on_progress);
-  if (model.num_cameras() < 2) fail_with_nothing_in_common(model, pictures, survey, cameras.size());
+  Reconstruction found = reconstruct(cameras, footage, params, work / "colmap", num_threads,
+                                     [&](double f, const std::string& phase) { on_progress(0.8 * f, phase); });
+  if (found.model.num_cameras() < 2) fail_with_nothing_in_common(found, cameras.size());
+  SparseModel& model = found.model;
   on_progress(0.8, "bundle adjustment");
   EstimatedCalibration out;
-  out.bundle = refine_bundle(model, params.max_reproj_error_px);
-  out.bundle = drop_idle_lenses(model, params.max_reproj_error_px, out.bundle);
+  const BundleOptions bundle{.max_error_px = params.max_reproj_error_px, .lens = {}};
+  out.bundle = choose_lenses(model, bundle);
   on_progress(0.9, "poses of all frames");
   int id = 0;
   for (const auto& camera : cameras) {
@@ -130,11 +125,12 @@ EstimatedCalibration estimate_calibration(const std::vector<FilmedCamera>& camer
       continue;
     }
     out.calibration.cameras[name] = camera_model(name, id, model.lenses.at(name));
-    spread_poses(model, camera, read, out);
+    spread_poses(model, camera, footage.frame, out);
   }
   out.calibration.points = points_of(model);
-  out.observations = observations_of(model, cameras);
+  out.observations = observations_of(model);
   out.world = normalise_world(out.calibration, known_distance(params));
+  out.certainty = scaled_certainty(model, out);
   return out;
 }
 

@@ -54,8 +54,10 @@ void read_measurements(const std::string& line, const ImageId& image, const std:
                        SparseModel& out) {
   std::istringstream words(line);
   Eigen::Vector2d px;
-  for (long point = 0; words >> px.x() >> px.y() >> point;)
-    if (point >= 0) out.observations.push_back({image, points.at(point), px});
+  int feature = 0;
+  for (long point = 0; words >> px.x() >> px.y() >> point; ++feature)
+    if (point >= 0)
+      out.observations.push_back({.image = image, .point = points.at(point), .px = px, .feature = feature});
 }
 
 ImageId image_of(const std::string& name) {

@@ -21,7 +21,9 @@ struct SparseModel {
     ImageId image;  ///< whose pose holds
     int point = 0;  ///< index into points
     Eigen::Vector2d px = Eigen::Vector2d::Zero();
+    int feature = 0;                ///< number among the image's features
     std::optional<int> frame = {};  ///< when it was there; empty: a static camera's background, at all times
+    Eigen::Vector2d carried_px = Eigen::Vector2d::Zero();  ///< px less where it is in that frame
   };
   std::map<std::string, LensModel> lenses;
   std::map<ImageId, RigidTransform> cam_from_world;

@@ -3,7 +3,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "jobs/sync/motion_offset.h"
-#include "jobs/sync/pair_pictures.h"
 #include "jobs/sync/scan_picture.h"
 #include "jobs/sync/sync_job.h"
 #include "jobs/vision/shot_images.h"
@@ -80,15 +79,6 @@ sync::MotionInput read_input(const JobContext& context, const std::string& a, co
   return in;
 }
 
-void write_pictures(const JobContext& context, const sync::MotionInput& input, const sync::MotionAnswer& answer) {
-  write_picture(context.out("preview.jpg"),
-                sync::scan_picture(answer.scan, answer.offset.offset_s, answer.offset.determined));
-  if (const cv::Mat matches = sync::matches_picture(input, answer); !matches.empty())
-    write_picture(context.out("matches.jpg"), matches);
-  if (const cv::Mat residuals = sync::residuals_picture(input, answer); !residuals.empty())
-    write_picture(context.out("residuals.png"), residuals);
-}
-
 void run_motion(JobContext& context, const SyncJob::Params& params) {
   PairOffset names = empty_answer(context, "motion");
   context.progress(0.05, "reading tracks");
@@ -124,7 +114,8 @@ void run_motion(JobContext& context, const SyncJob::Params& params) {
     context.figure("bias_px", answer.fit->bias_px);
     context.figure("effective_tracks", answer.fit->effective_tracks);
   }
-  write_pictures(context, input, answer);
+  write_picture(context.out("preview.jpg"),
+                sync::scan_picture(answer.scan, answer.offset.offset_s, answer.offset.determined));
 }
 
 }  // namespace

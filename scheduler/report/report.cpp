@@ -43,12 +43,6 @@ std::vector<const ReportJob*> sample(const std::vector<const ReportJob*>& jobs, 
   return chosen;
 }
 
-std::size_t camera_index(const ReportInput& input, const std::string& name) {
-  const auto& cameras = input.shot.cameras;
-  const auto found = std::find_if(cameras.begin(), cameras.end(), [&](const auto& c) { return c.name == name; });
-  return static_cast<std::size_t>(found - cameras.begin());
-}
-
 fs::path page_folder(const ReportInput& input) { return input.shot.folder / "out"; }
 
 }  // namespace report

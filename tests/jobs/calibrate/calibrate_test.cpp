@@ -7,6 +7,7 @@
 
 #include "jobs/calibrate/frame_poses.h"
 #include "jobs/calibrate/gauge.h"
+#include "jobs/calibrate/lens_choice.h"
 #include "jobs/calibrate/plate.h"
 #include "jobs/calibrate/solve.h"
 #include "jobs/vision/undistort.h"
@@ -64,7 +65,7 @@ TEST(Plate, IsWhatStaysForMostOfTheTime) {
     picture(cv::Rect(8 * k, 10, 12, 12)).setTo(cv::Scalar(200, 200, 200));
     pictures.push_back(picture);
   }
-  EXPECT_EQ(cv::norm(median_plate(pictures), cv::Mat(40, 60, CV_8UC3, cv::Scalar(10, 20, 30)), cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(make_plate(pictures).bgr, cv::Mat(40, 60, CV_8UC3, cv::Scalar(10, 20, 30)), cv::NORM_INF), 0);
 }
 
 TEST(Plate, FramesAreSpreadOverTheWholeFootage) {
@@ -84,7 +85,7 @@ TEST(Bundle, FindsLensesAndPosesAgain) {
     disturb(model);
     for (std::size_t i = 0; i < model.observations.size(); i += 49)
       model.observations[i].px.x() += 60;  // wrong matches
-    const BundleReport report = refine_bundle(model, 4);
+    const BundleReport report = refine_bundle(model, {});
     EXPECT_LT(report.rms_px, 1e-3) << lens.model;
     EXPECT_EQ(report.num_dropped, 16) << lens.model;
     for (std::size_t i = 0; i < lens.params.size(); ++i)
@@ -101,10 +102,10 @@ TEST(Bundle, DropsALensThatDoesNothing) {
   std::mt19937 random(5);
   std::normal_distribution<double> noise(0, 0.3);
   for (auto& o : idle.observations) o.px += Eigen::Vector2d(noise(random), noise(random));
-  drop_idle_lenses(idle, 4, refine_bundle(idle, 4));
+  drop_idle_lenses(idle, {}, refine_bundle(idle, {}));
   EXPECT_EQ(idle.lenses.at("cam2").model, "SIMPLE_PINHOLE");
   SparseModel real = exact_model({"SIMPLE_RADIAL", 640, 360, {500, 320, 180, -0.05}}, 600, 1.6);
-  drop_idle_lenses(real, 4, refine_bundle(real, 4));
+  drop_idle_lenses(real, {}, refine_bundle(real, {}));
   EXPECT_EQ(real.lenses.at("cam2").model, "SIMPLE_RADIAL");
 }
 
@@ -232,7 +233,9 @@ class Colmap : public testing::Test {
   }
   void TearDown() override { fs::remove_all(work_); }
   EstimatedCalibration estimate(const std::vector<FilmedCamera>& cameras, const FrameReader& read) const {
-    return estimate_calibration(cameras, read, {}, work_, 1, [](double, const std::string&) {});
+    const Footage footage{.frame = read,
+                          .counts = [](const std::string&, const std::vector<int>&) { return cv::Mat(); }};
+    return estimate_calibration(cameras, footage, {}, work_, 1, [](double, const std::string&) {});
   }
   static FilmedCamera filmed(const SceneCamera& camera) {
     FilmedCamera out;
@@ -251,12 +254,18 @@ TEST_F(Colmap, RegistersAllCamerasOfAnArc) {
   const auto arc = synthetic::arc_cameras(5, 3, 400, 225);
   std::vector<FilmedCamera> cameras;
   for (const auto& camera : arc) cameras.push_back(filmed(camera));
-  const auto estimated = estimate(cameras, [&](const ImageId& image) -> cv::Mat {
+  const FrameReader read = [&](const ImageId& image) -> cv::Mat {
     const auto& camera = *std::find_if(arc.begin(), arc.end(), [&](const auto& c) { return c.name == image.camera; });
     return scene.render(camera.pinhole, camera.cam_from_world, camera.time_s(image.frame)).bgr;
-  });
+  };
+  const auto estimated = estimate(cameras, read);
   EXPECT_EQ(estimated.calibration.cam_from_world.size(), 15U);
   EXPECT_TRUE(estimated.warnings.empty());
+  const auto again = estimate(cameras, read);
+  for (const auto& [image, pose] : estimated.calibration.cam_from_world) {
+    EXPECT_EQ(again.calibration.pose(image).R, pose.R) << "the same pictures give the same poses, to the last bit";
+    EXPECT_EQ(again.calibration.pose(image).t, pose.t);
+  }
   EXPECT_LT(estimated.bundle.mean_px, 0.7);
   Eigen::Matrix3Xd found(3, 5), truth(3, 5);
   for (int i = 0; i < 5; ++i) {
