@@ -18,6 +18,8 @@ constexpr double kMaxFitStepFrames = 2;
 /// Pieces of frontiers: the two sides of a thing, or one at two times. A wrong one is no danger as a wrong match is:
 /// the offset comes from the whole picture's motion.
 constexpr double kMinFrontiers = 1.5;
+/// Sound that one camera hears later than the other has come up to 50 m farther; its loudness tells a window at best.
+constexpr double kSoundSlackS = 0.15;
 
 struct Coarse {
   double offset_s = 0;
@@ -141,9 +143,7 @@ CodeVote as_vote(const OffsetScan& scan, std::size_t num_matches) {
   return {scan.modes.front().offset_s, scan.modes.front().score, scan.contrast(), static_cast<int>(num_matches)};
 }
 
-}  // namespace
-
-MotionAnswer offset_from_motion(const MotionInput& in, const SyncJob::Params& params) {
+MotionAnswer offset_in_range(const MotionInput& in, const SyncJob::Params& params, const OffsetRange& range) {
   MotionAnswer answer;
   const bool by_geometry = in.geometry && params.coarse == "epipolar";
   const bool fit = in.geometry && params.subframe == "epipolar";
@@ -154,7 +154,7 @@ MotionAnswer offset_from_motion(const MotionInput& in, const SyncJob::Params& pa
                              .max_std_frames = params.max_std_frames,
                              .min_tracks = static_cast<double>(params.min_tracks)};
   Coarse coarse;
-  coarse.scan.range = plausible_offsets(in.table_a, in.table_b, params.max_offset_s);
+  coarse.scan.range = range;
   if (coarse.scan.range.num() == 0) {
     undetermined(answer.offset, "the clips are too short");
     return answer;
@@ -185,6 +185,30 @@ MotionAnswer offset_from_motion(const MotionInput& in, const SyncJob::Params& pa
   answer_by_epipolar_fit(answer, points, evidence_of_outlines(answer, in, coarse.scan.range), limits);
   if (!answer.fit && !stands_out) undetermined(answer.offset, nothing_found(in, matches));
   return answer;
+}
+
+/// The part of a range that lies near what the sound says; empty when none does.
+OffsetRange near_sound(OffsetRange range, const AudioOffset& sound) {
+  const auto steps_to = [&](double offset_s) { return std::ceil((offset_s - range.min_s) / range.step_s); };
+  const double first = std::max(0.0, steps_to(sound.offset_s - kSoundSlackS));
+  range.max_s = std::min(range.max_s, sound.offset_s + kSoundSlackS);
+  range.min_s += first * range.step_s;
+  return range;
+}
+
+}  // namespace
+
+MotionAnswer offset_from_motion(const MotionInput& in, const SyncJob::Params& params) {
+  const OffsetRange range = plausible_offsets(in.table_a, in.table_b, params.max_offset_s);
+  MotionAnswer answer = offset_in_range(in, params, range);
+  if (answer.offset.determined || !in.sound) return answer;
+  const OffsetRange near = near_sound(range, *in.sound);
+  if (near.num() == 0) return answer;
+  MotionAnswer again = offset_in_range(in, params, near);
+  if (!again.offset.determined) return answer;
+  again.offset.method += "/sound";
+  again.offset.verdict += fmt::format("; among several, the one that the sound says ({:+.2f} s)", in.sound->offset_s);
+  return again;
 }
 
 }  // namespace vantage::sync

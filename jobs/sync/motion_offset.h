@@ -20,6 +20,7 @@ struct MotionInput {
   std::optional<Pinhole> lens_a, lens_b;  ///< known lenses, also of cameras that have no pose
   bool static_cameras = true;
   std::optional<FrontierInput> outlines;  ///< of static calibrated cameras
+  std::optional<AudioOffset> sound;       ///< what the sound of both says, where it says something
   GreyFrames grey_a, grey_b;
 };
 
@@ -39,7 +40,8 @@ struct MotionAnswer {
 
 /// The two steps of Klose et al. 2011, §4, each in the way that the options choose. Cameras without calibration get the
 /// ways that need none. Where both steps are "epipolar" and the cameras static, the outlines of what moves (frontiers)
-/// are a second cue: all that cameras far apart have in common.
+/// are a second cue: all that cameras far apart have in common. Where motion alone cannot tell (a pendulum fits at
+/// every period) and there is sound, the motion is asked again near the offset that the sound says.
 MotionAnswer offset_from_motion(const MotionInput& input, const SyncJob::Params& params);
 
 }  // namespace vantage::sync

@@ -13,6 +13,9 @@ namespace {
 /// More tracks than this add time but no certainty.
 constexpr std::size_t kMaxTracksPerCamera = 600;
 
+/// Sound and motion that are farther apart contradict each other.
+constexpr double kSoundFarS = 0.3;
+
 PairOffset empty_answer(const JobContext& context, const std::string& method) {
   PairOffset offset{.a = context.unit().at("a"), .b = context.unit().at("b"), .method = method, .verdict = {}};
   return offset;
@@ -50,6 +53,18 @@ sync::GreyFrames grey_frames(const JobContext& context, const Calibration& calib
   };
 }
 
+/// Only what is clear enough to be an answer by itself.
+std::optional<sync::AudioOffset> clear_sound(const JobContext& context, const std::string& a, const std::string& b,
+                                             double max_offset_s) {
+  const auto in_a = sync::read_envelope(context.input("ingest/" + a)),
+             in_b = sync::read_envelope(context.input("ingest/" + b));
+  if (!in_a || !in_b) return std::nullopt;
+  const auto sound = sync::correlate_envelopes(*in_a, *in_b, max_offset_s);
+  PairOffset judged;
+  sync::judge_audio(judged, sound);
+  return judged.determined ? sound : std::nullopt;
+}
+
 sync::MotionInput read_input(const JobContext& context, const std::string& a, const std::string& b) {
   const Calibration calibration = read_calibration(context.input("calibrate"));
   const bool moving_a = context.unit().at("moving_a"), moving_b = context.unit().at("moving_b");
@@ -82,7 +97,8 @@ sync::MotionInput read_input(const JobContext& context, const std::string& a, co
 void run_motion(JobContext& context, const SyncJob::Params& params) {
   PairOffset names = empty_answer(context, "motion");
   context.progress(0.05, "reading tracks");
-  const sync::MotionInput input = read_input(context, names.a, names.b);
+  sync::MotionInput input = read_input(context, names.a, names.b);
+  input.sound = clear_sound(context, names.a, names.b, params.max_offset_s);
   if (!input.geometry)
     context.warn(
         fmt::format("{} or {} is not calibrated: only the ways that need no calibration are tried", names.a, names.b));
@@ -94,6 +110,12 @@ void run_motion(JobContext& context, const SyncJob::Params& params) {
     const std::string lost = sync::describe(*answer.jump, names.a, names.b);
     context.warn(lost);
     answer.offset.verdict += "; " + lost;
+  }
+  if (input.sound) {
+    context.figure("sound_offset_s", input.sound->offset_s);
+    if (answer.offset.determined && std::abs(input.sound->offset_s - answer.offset.offset_s) > kSoundFarS)
+      context.warn(fmt::format("{} and {}: motion says {:+.3f} s, sound {:+.3f} s", names.a, names.b,
+                               answer.offset.offset_s, input.sound->offset_s));
   }
   publish(context, answer.offset);
   if (answer.shutter && answer.offset.determined) {

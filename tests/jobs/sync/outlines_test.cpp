@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "jobs/sync/evidence.h"
+#include "jobs/sync/motion_offset.h"
 #include "tests/jobs/sync/moving_spheres.h"
 
 namespace vantage::sync {
@@ -74,12 +75,31 @@ TEST(Outlines, RateOfAWrongFrameRateIsFound) {
   EXPECT_GT(std::abs(answer.fit->rate - 1), 4 * answer.fit->rate_std);
 }
 
+/// A swing of 0.8 s.
+std::vector<Sphere> pendulum() {
+  return {{0.2, [](double t) -> Eigen::Vector3d { return {0.1, 0.7 * std::sin(2 * M_PI * t / 0.8), 0}; }}};
+}
+
 TEST(Outlines, PendulumFitsAtEveryPeriod) {
+  EXPECT_LT(answer_for(make_wide_rig(120, 60), pendulum(), 0.3).scan.contrast(), 1.3);
+}
+
+TEST(Sound, SaysWhichSwingOfAPendulumItIs) {
   const Rig rig = make_wide_rig(120, 60);
-  const std::vector<Sphere> pendulum = {{0.2, [](double t) -> Eigen::Vector3d {
-                                           return {0.1, 0.7 * std::sin(2 * M_PI * t / 0.8), 0};
-                                         }}};
-  EXPECT_LT(answer_for(rig, pendulum, 0.3).scan.contrast(), 1.3);
+  MotionInput in;
+  in.table_a = rig.table_a, in.table_b = rig.table_b;
+  in.geometry = rig.geometry();
+  in.outlines = FrontierInput{rig.geometry().pencil(), film(rig, rig.table_a, pendulum(), 0),
+                              film(rig, rig.table_b, pendulum(), 1.1)};
+  SyncJob::Params params;
+  params.min_tracks = 2;
+  EXPECT_FALSE(offset_from_motion(in, params).offset.determined);
+  in.sound = AudioOffset{.offset_s = 1.16, .std_s = 0.01, .correlation = 0.9, .contrast = 2};
+  const PairOffset told = offset_from_motion(in, params).offset;
+  ASSERT_TRUE(told.determined) << told.verdict;
+  EXPECT_NEAR(told.offset_s + (told.rate - 1) * told.pivot_b_s, 1.1, 0.01) << told.verdict;
+  in.sound->offset_s = 40;  // no part of the clips overlaps there
+  EXPECT_FALSE(offset_from_motion(in, params).offset.determined);
 }
 
 TEST(Outlines, NothingThatMovesHasNoOffset) {
