@@ -78,6 +78,13 @@ std::vector<std::pair<int, int>> Survey::pairs() const {
   return out;
 }
 
+/// Four a second show enough of a walk, and are few enough to be adjusted together; a short clip has six.
+std::vector<int> key_frames_of(const FrameTable& table, int max_key_frames) {
+  const double duration_s = table.pts_s.back() - table.pts_s.front();
+  const int wanted = std::max(6, 1 + static_cast<int>(duration_s * 4));
+  return spread_frames(table.num_frames(), std::min(wanted, max_key_frames));
+}
+
 Survey take_survey(const std::vector<FilmedCamera>& cameras, const Footage& footage, const SurveyOptions& options,
                    const std::function<void(double)>& on_progress) {
   Survey survey;
@@ -87,7 +94,7 @@ Survey take_survey(const std::vector<FilmedCamera>& cameras, const Footage& foot
     if (!camera.moving) {
       survey.pictures.push_back(static_picture(camera, moments, footage, options));
     } else {
-      for (const int frame : spread_frames(camera.table.num_frames(), options.max_key_frames))
+      for (const int frame : key_frames_of(camera.table, options.max_key_frames))
         survey.pictures.push_back(key_picture(camera, frame, footage, options.features));
     }
     on_progress(++num_done / static_cast<double>(cameras.size()));
