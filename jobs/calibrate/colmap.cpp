@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "jobs/calibrate/colmap_database.h"
+#include "jobs/calibrate/colmap_import.h"
 #include "schema/base/error.h"
 #include "schema/base/files.h"
 #include "schema/base/program.h"
@@ -44,20 +44,19 @@ class Colmap {
   const fs::path& work_;
 };
 
-/// What mapping starts from: no distortion, the centre of the picture.
-std::map<std::string, LensModel> first_lenses(const Survey& survey, const MapperOptions& o) {
-  const std::map<std::string, std::size_t> num_distortion{
-      {"SIMPLE_PINHOLE", 0}, {"SIMPLE_RADIAL", 1}, {"RADIAL", 2}, {"OPENCV", 4}};
-  std::map<std::string, LensModel> out;
-  for (const auto& p : survey.pictures) {
-    const double f = o.focal_guess * std::max(p.width, p.height);
-    std::vector<double> params{f};
-    if (o.lens == "OPENCV") params.push_back(f);
-    params.insert(params.end(), {p.width / 2.0, p.height / 2.0});
-    params.resize(params.size() + num_distortion.at(o.lens));
-    out[p.image.camera] = {o.lens, p.width, p.height, params};
-  }
-  return out;
+/// A database of the survey's features and of matches that COLMAP takes as they are. One camera for each folder, i.e.
+/// for each of ours; no distortion, the centre of the picture.
+void fill_database(const Colmap& colmap, const fs::path& db, const ColmapImport& import, const MapperOptions& o) {
+  const int features =
+      colmap.run("feature_importer", {"--database_path", db.string(), "--image_path", import.pictures.string(),
+                                      "--import_path", import.features.string(), "--ImageReader.camera_model", o.lens,
+                                      "--ImageReader.single_camera_per_folder", "1",
+                                      "--ImageReader.default_focal_length_factor", fmt::format("{}", o.focal_guess)});
+  if (features != 0 || !fs::exists(db)) colmap.fail("feature_importer", features);
+  const int matches =
+      colmap.run("matches_importer", {"--database_path", db.string(), "--match_list_path", import.matches.string(),
+                                      "--match_type", "inliers", "--SiftMatching.use_gpu", "0"});
+  if (matches != 0) colmap.fail("matches_importer", matches);
 }
 
 /// Folder of the largest model, if any.
@@ -129,9 +128,7 @@ SparseModel map_with_colmap(const Survey& survey, const std::vector<PicturePair>
   fs::create_directories(work);
   const Colmap colmap(work);
   const fs::path db = work / "database.db", text = work / "text";
-  const int made = colmap.run("database_creator", {"--database_path", db.string()});
-  if (made != 0 || !fs::exists(db)) colmap.fail("database_creator", made);
-  fill_colmap_database(db, first_lenses(survey, options), survey, pairs);
+  fill_database(colmap, db, write_colmap_import(work, survey, pairs), options);
   const auto model = map_points(colmap, db, work, options);
   if (!model) return {};
   fs::create_directories(text);
