@@ -49,7 +49,7 @@ struct CalibrateJob {
   };
   static KindSpec spec() {
     return {.name = "calibrate",
-            .version = 3,
+            .version = 4,
             .reads = "frames",
             .publishes = "COLMAP model: intrinsics, a pose per image, sparse points, undistortion",
             .programs = "colmap"};

@@ -12,9 +12,16 @@ namespace {
 
 using Progress = std::function<void(double, const std::string&)>;
 
-// From a normal lens to a wide one and a long one, in longer sides of the picture. The mapper's first pair is placed
-// with the guess as it is; all later ones find their focal length.
-constexpr double kFocalGuesses[] = {1.2, 0.7, 2.2};
+/// What the mapper begins with: its first pair is placed with the focal length as it is, in longer sides of the
+/// picture; all later pictures find theirs.
+struct Start {
+  double focal_guess;
+  bool free_lens;
+};
+/// A normal lens, one that distorts, a wide one and a long one.
+constexpr Start kStarts[] = {{1.2, false}, {1.2, true}, {0.7, false}, {2.2, false}};
+/// Few pictures are mapped within seconds: all starts are tried and the one that explains most is kept.
+constexpr std::size_t kFewPictures = 20;
 
 /// Every pair is matched by itself, so the number of threads changes nothing.
 std::vector<PicturePair> match_all(const Survey& survey, const MatchOptions& options, int num_threads,
@@ -54,13 +61,16 @@ Reconstruction attempt(const std::vector<FilmedCamera>& cameras, const Footage& 
     if (pair.matches.size() >= out.best_pair.num_matches)
       out.best_pair = {survey.pictures[static_cast<std::size_t>(pair.a)].image.camera,
                        survey.pictures[static_cast<std::size_t>(pair.b)].image.camera, pair.matches.size()};
-  for (const double guess : kFocalGuesses) {
+  for (const Start& start : kStarts) {
     on_progress(0.8, "cameras and points");
-    SparseModel model = map_with_colmap(
-        survey, pairs, work,
-        {.lens = params.lens, .focal_guess = guess, .max_reproj_error_px = params.max_reproj_error_px, .loose = loose});
+    SparseModel model = map_with_colmap(survey, pairs, work,
+                                        {.lens = params.lens,
+                                         .focal_guess = start.focal_guess,
+                                         .max_reproj_error_px = params.max_reproj_error_px,
+                                         .free_lens = start.free_lens,
+                                         .loose = loose});
     if (rank(model) > rank(out.model)) out.model = std::move(model);
-    if (out.model.lenses.size() == cameras.size()) break;
+    if (out.model.lenses.size() == cameras.size() && survey.pictures.size() > kFewPictures) break;
   }
   return out;
 }
