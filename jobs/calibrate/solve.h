@@ -9,9 +9,9 @@
 #include "jobs/calibrate/gauge.h"
 #include "jobs/calibrate/certainty.h"
 #include "jobs/calibrate/known.h"
-#include "jobs/calibrate/observations.h"
 #include "jobs/calibrate/survey.h"
 #include "schema/formats/calibration.h"
+#include "schema/formats/observations.h"
 
 namespace vantage {
 

@@ -1,4 +1,4 @@
-#include "jobs/calibrate/observations.h"
+#include "schema/formats/observations.h"
 
 #include <fmt/format.h>
 
