@@ -129,6 +129,7 @@ std::optional<TimedTrack> corrected(const TimedTrack& track, std::vector<Correct
   }
   TimedTrack out(std::move(times), std::move(px));
   out.first_frame = track.first_frame;
+  out.index = track.index;
   return out;
 }
 

@@ -33,7 +33,7 @@ struct SyncJob {
   };
   static KindSpec spec() {
     return {.name = "sync",
-            .version = 2,
+            .version = 3,
             .reads = "trajectories, calibration, frames; or sound",
             .publishes = "time offset of a camera pair and its uncertainty"};
   }

@@ -6,6 +6,7 @@
 #include "jobs/sync/scan_picture.h"
 #include "jobs/sync/sync_job.h"
 #include "jobs/vision/shot_images.h"
+#include "schema/formats/matches.h"
 
 namespace vantage {
 namespace {
@@ -94,6 +95,21 @@ sync::MotionInput read_input(const JobContext& context, const std::string& a, co
   return in;
 }
 
+/// Of a pair whose clocks stay as they are over the whole clip; else none.
+std::vector<SharedTrack> shared_tracks(const sync::MotionAnswer& answer,
+                                       const std::vector<sync::TimedTrack>& tracks_b) {
+  if (!answer.offset.determined || answer.jump) return {};
+  std::map<int, const sync::TimedTrack*> b_of;
+  for (const auto& track : tracks_b) b_of[track.index] = &track;
+  std::vector<SharedTrack> shared;
+  for (const auto& [a, b] : answer.points) {
+    const sync::TimedTrack& found = *b_of.at(b.index);
+    const std::size_t last = b.size() - 1;
+    shared.push_back({a.index, b.index, b.px(0) - found.px(0), b.px(last) - found.px(last)});
+  }
+  return shared;
+}
+
 void run_motion(JobContext& context, const SyncJob::Params& params) {
   PairOffset names = empty_answer(context, "motion");
   context.progress(0.05, "reading tracks");
@@ -123,6 +139,7 @@ void run_motion(JobContext& context, const SyncJob::Params& params) {
     answer.shutter->b = names.b;
     write_pair_shutter(context.out("shutter.json"), *answer.shutter);
   }
+  write_matches(context.out("matches.json"), shared_tracks(answer, input.b));
   context.figure("matches", answer.num_matches);
   context.figure("contrast", std::min(answer.contrast, 1e3));
   for (const auto& [name, value] : answer.figures) context.figure(name, value);

@@ -89,6 +89,7 @@ std::vector<TimedTrack> moving_tracks(const TrackSet& set, const FrameTable& tab
     if (std::adjacent_find(times_s.begin(), times_s.end(), std::greater_equal<>()) != times_s.end()) continue;
     TimedTrack timed(std::move(times_s), std::move(px));
     timed.first_frame = track->first_frame;
+    timed.index = static_cast<int>(track - set.tracks.data());
     for (const auto& look : track->looks) timed.looks.push_back(look.descriptor);
     out.push_back(std::move(timed));
   }

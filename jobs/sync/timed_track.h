@@ -36,6 +36,7 @@ class TimedTrack {
   Velocity velocity_at(double time_s) const;
 
   int first_frame = 0;
+  int index = -1;  ///< of the track in its TrackSet
   std::vector<std::array<std::uint8_t, 128>> looks;
 
  private:
