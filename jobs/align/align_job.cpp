@@ -28,20 +28,35 @@ Json camera_names(const Shot& shot) {
   return cameras;
 }
 
+/// By name, of cameras that stand still.
+Json static_readout_ms(const Shot& shot) {
+  Json readouts = Json::object();
+  for (const ShotCamera& camera : shot.cameras)
+    if (!camera.moving) readouts[camera.name] = camera.readout_ms;
+  return readouts;
+}
+
 }  // namespace
 
 std::vector<WorkUnit> AlignJob::split(const ShotState& state, const Params& params) {
   const Shot& shot = state.shot();
-  const bool known = shot.text("sync", "method", "motion") == "known";
+  const std::string method = shot.text("sync", "method", "motion");
+  const bool known = method == "known", joint = params.joint && method == "motion";
   WorkUnit unit{.name = "align",
                 .params = known ? Json::object() : params_to_json(params),
                 .unit = {{"known", known}, {"cameras", known ? camera_starts(shot) : camera_names(shot)}},
                 .needs = {},
                 .sources = {},
                 .links = {{"clocks.json", "clocks.json"}},
-                .need = {.cores = 1, .ram_mb = 200, .timeout_s = 600}};
+                .need = {.cores = 1, .ram_mb = joint ? 1200 : 200, .timeout_s = joint ? 3600 : 600}};
+  if (joint) {
+    unit.unit["joint"] = {{"known_cameras", shot.text("calibrate", "method", "colmap") == "known"},
+                          {"static_readout_ms", static_readout_ms(shot)}};
+    unit.needs.push_back("calibrate");
+  }
   for (std::size_t i = 0; i < shot.cameras.size(); ++i) {
     unit.needs.push_back("ingest/" + shot.cameras[i].name);
+    if (joint) unit.needs.push_back("track/" + shot.cameras[i].name);
     for (std::size_t j = i + 1; j < shot.cameras.size() && !known; ++j)
       unit.needs.push_back("sync/" + shot.cameras[i].name + "__" + shot.cameras[j].name);
   }

@@ -10,15 +10,22 @@ struct AlignJob {
   struct Params {
     double max_inconsistency_std = 4;
     double max_inconsistency_frames = 0.5;
+    bool joint = true;
 
     void fields(auto&& field) {
       field("max_inconsistency_std", max_inconsistency_std, Range{1, 100},
             "a pair farther than this many standard deviations from what all others say is rejected");
       field("max_inconsistency_frames", max_inconsistency_frames, Range{0.05, 100}, "or farther than this many frames");
+      field("joint", joint, Any{},
+            "clocks refined by bundle adjustment with the tracks that cameras share, poses and background of an "
+            "estimated calibration at once; needs [sync] method = \"motion\"");
     }
   };
   static KindSpec spec() {
-    return {.name = "align", .version = 2, .reads = "all pair offsets", .publishes = "one clock per camera"};
+    return {.name = "align",
+            .version = 3,
+            .reads = "all pair offsets; tracks and calibration",
+            .publishes = "one clock per camera"};
   }
   /// Throws Error(BadInput) when clocks are said to be known and a camera has no start_s.
   static std::vector<WorkUnit> split(const ShotState& state, const Params& params);

@@ -1,10 +1,13 @@
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 #include "jobs/align/align_job.h"
 #include "jobs/align/clock_graph.h"
+#include "jobs/align/joint_adjustment.h"
+#include "jobs/align/joint_input.h"
 #include "jobs/align/readout.h"
 #include "schema/base/error.h"
 #include "schema/formats/frame_table.h"
@@ -133,12 +136,53 @@ Clocks solved_clocks(JobContext& context, const std::vector<Camera>& cameras, co
   return solution.clocks;
 }
 
+/// Largest turn and change of focal length of a camera.
+void report_poses(JobContext& context, const align::JointScene& scene, const align::JointResult& result) {
+  double turn_deg = 0, focal_percent = 0;
+  for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
+    const align::JointCamera &was = scene.cameras[i], &is = result.cameras[i];
+    const Eigen::AngleAxisd turn(is.cam_from_world.R * was.cam_from_world.R.transpose());
+    turn_deg = std::max(turn_deg, turn.angle() * 180 / M_PI);
+    focal_percent = std::max(focal_percent, 100 * std::abs(is.lens.fx / was.lens.fx - 1));
+  }
+  context.figure("joint_largest_turn_deg", turn_deg);
+  context.figure("joint_largest_focal_change_percent", focal_percent);
+}
+
+void report_joint(JobContext& context, const align::JointScene& scene, const align::JointResult& result) {
+  context.figure("joint_verdict", result.verdict);
+  context.figure("joint_moving_points", result.num_moving);
+  if (result.num_moving == 0) return;
+  context.figure("joint_still_points", result.num_still);
+  context.figure("joint_error_before_px", result.error_before_px);
+  context.figure("joint_error_after_px", result.error_after_px);
+  context.figure("joint_noise_px", result.noise.sample_px);
+  context.figure("joint_bias_px", result.noise.bias_px);
+  context.figure("joint_largest_change_ms", 1e3 * result.largest_change_s);
+  if (!scene.known_cameras) report_poses(context, scene, result);
+}
+
+/// The clocks with those of static calibrated cameras refined; as they are where that is no better.
+Clocks refined_jointly(JobContext& context, const Clocks& clocks, const Json& joint) {
+  const auto scene = align::read_joint_scene(context, clocks, joint.at("static_readout_ms"), joint.at("known_cameras"));
+  context.progress(0.2, "adjusting clocks and cameras jointly");
+  const align::JointResult result = align::adjust_jointly(scene);
+  report_joint(context, scene, result);
+  Clocks refined = clocks;
+  if (!result.accepted) return clocks;
+  for (const align::JointCamera& camera : result.cameras)
+    for (CameraClock& clock : refined.cameras)
+      if (clock.name == camera.clock.name) clock = camera.clock;
+  return refined;
+}
+
 }  // namespace
 
 void AlignJob::run(JobContext& context, const Params& params) {
   const std::vector<Camera> cameras = read_cameras(context);
   const bool known = context.unit().at("known");
-  const Clocks clocks = known ? known_clocks(cameras) : solved_clocks(context, cameras, params);
+  Clocks clocks = known ? known_clocks(cameras) : solved_clocks(context, cameras, params);
+  if (context.unit().contains("joint")) clocks = refined_jointly(context, clocks, context.unit().at("joint"));
   warn_of_cameras_without_company(context, clocks, cameras);
   context.figure("cameras", clocks.cameras.size());
   write_clocks(context.out("clocks.json"), clocks);

@@ -67,8 +67,6 @@ TimedTrack::Velocity TimedTrack::velocity_at(double time_s) const {
   return {(1 - u) * p.px_per_s + u * q.px_per_s, (1 - u) * p.std_per_px + u * q.std_per_px};
 }
 
-double row_delay_s(double y_px, int height_px, double readout_s) { return readout_s * (y_px / height_px - 0.5); }
-
 std::vector<TimedTrack> moving_tracks(const TrackSet& set, const FrameTable& table, std::size_t max_tracks,
                                       double readout_s) {
   std::vector<const Track*> chosen;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "schema/formats/frame_table.h"
+#include "schema/formats/shutter.h"
 #include "schema/formats/tracks.h"
 
 namespace vantage::sync {
@@ -47,10 +48,6 @@ class TimedTrack {
   std::vector<Eigen::Vector2d> px_, tangents_;
   std::vector<Velocity> velocities_;
 };
-
-/// When row y of a picture is exposed against its time stamp. A camera's time is that of its middle row, so readout_s,
-/// the time from the first row's exposure to the last one's, moves a point by readout_s * (y / height - 0.5).
-double row_delay_s(double y_px, int height_px, double readout_s);
 
 /// The moving tracks of a camera, at most max_tracks of them: those that say most, by extent times length. Each sample
 /// at its row's moment; tracks that jump over so many rows that their samples would not follow in time are left out.

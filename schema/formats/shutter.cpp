@@ -4,6 +4,8 @@
 
 namespace vantage {
 
+double row_delay_s(double y_px, int height_px, double readout_s) { return readout_s * (y_px / height_px - 0.5); }
+
 std::optional<PairShutter> read_pair_shutter(const std::filesystem::path& sync_artifact) {
   const auto file = sync_artifact / "shutter.json";
   if (!std::filesystem::exists(file)) return std::nullopt;

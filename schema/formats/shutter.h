@@ -6,6 +6,10 @@
 
 namespace vantage {
 
+/// When row y of a picture is exposed against its time stamp. A camera's time is that of its middle row, so readout_s,
+/// the time from the first row's exposure to the last one's, moves a point by readout_s * (y / height - 0.5).
+double row_delay_s(double y_px, int height_px, double readout_s);
+
 /// shutter.json of a sync artifact: what a pair's residuals say of how long the two cameras' rows take to be read out,
 /// as normal equations H x = g of x = (offset in s, read-out of a in s, read-out of b in s), beyond what was given for
 /// them.
