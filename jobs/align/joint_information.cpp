@@ -3,6 +3,7 @@
 #include <ceres/cost_function.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <map>
 
@@ -79,6 +80,44 @@ struct Reduced {
   Eigen::VectorXd g;
 };
 
+/// How the derivatives by a group's own unknowns change with the clocks, whose steps turn them.
+Eigen::MatrixXd own_by_clock(const ceres::Problem& problem, const std::vector<ceres::ResidualBlockId>& ids,
+                             const Columns& columns, Eigen::Index num_camera, JointState& state) {
+  constexpr double kStepS = 1e-4;
+  const auto shifted = [&](double step_s) {
+    for (auto& camera : state.cameras) camera.clock[0] += step_s;
+    Eigen::MatrixXd by_own = linearise(problem, ids, columns, num_camera).by_own;
+    for (auto& camera : state.cameras) camera.clock[0] -= step_s;
+    return by_own;
+  };
+  return (shifted(kStepS) - shifted(-kStepS)) / (2 * kStepS);
+}
+
+/// What of a group's information on the clocks is not motion but noise: a path that follows noise moves where the point
+/// does not. With own unknowns' covariance C and turning derivatives D: the expectation of (D δ)ᵀ P (D δ), P being what
+/// is left when the own unknowns are eliminated.
+Eigen::MatrixXd noise_in_clocks(const Linear& group, const Eigen::MatrixXd& D, const Columns& columns,
+                                const JointState& state) {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(group.by_cameras.cols(), group.by_cameras.cols());
+  Eigen::MatrixXd N = group.by_own.transpose() * group.by_own;
+  N.diagonal() *= 1 + kRidge;
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt(N);
+  std::vector<std::pair<Eigen::Index, Eigen::MatrixXd>> parts;  // of D: the rows of each clock
+  for (const auto& camera : state.cameras) {
+    const auto column = columns.find(camera.clock.data());
+    if (column == columns.end() || group.by_cameras.col(column->second).isZero()) continue;
+    const Eigen::VectorXd own_rows = (group.by_cameras.col(column->second).array() != 0).cast<double>().matrix();
+    parts.emplace_back(column->second, own_rows.asDiagonal() * D);
+  }
+  for (const auto& [i, D_i] : parts)
+    for (const auto& [j, D_j] : parts) {
+      const Eigen::MatrixXd DC = ldlt.solve(D_i.transpose()).transpose();
+      const Eigen::MatrixXd left = D_j - group.by_own * ldlt.solve(group.by_own.transpose() * D_j);
+      out(i, j) = DC.cwiseProduct(left).sum();
+    }
+  return out;
+}
+
 Reduced eliminate_own(const Linear& group) {
   Reduced out{group.by_cameras.transpose() * group.by_cameras, group.by_cameras.transpose() * group.residual};
   if (group.by_own.cols() == 0) return out;
@@ -94,7 +133,7 @@ Reduced eliminate_own(const Linear& group) {
 /// The sum over groups, and what its parts scatter by.
 class Sum {
  public:
-  explicit Sum(Eigen::Index size) : H_(Eigen::MatrixXd::Zero(size, size)) {}
+  explicit Sum(Eigen::Index size) : H_(Eigen::MatrixXd::Zero(size, size)), prior_(H_), noise_(H_) {}
 
   void add(const Linear& group, long cluster) {
     const Reduced reduced = eliminate_own(group);
@@ -103,13 +142,14 @@ class Sum {
     chi2_ += group.residual.squaredNorm();
     freedom_ += static_cast<double>(group.by_own.rows() - group.by_own.cols());
   }
-  void add_prior(const Linear& prior) { H_ += prior.by_cameras.transpose() * prior.by_cameras; }
+  void add_prior(const Linear& prior) { prior_ += prior.by_cameras.transpose() * prior.by_cameras; }
+  void add_noise(const Eigen::MatrixXd& noise) { noise_ += noise; }
 
   double reduced_chi2() const {
     return std::max(1.0, chi2_ / std::max(1.0, freedom_ - static_cast<double>(H_.rows())));
   }
   Eigen::MatrixXd covariance() const {
-    const Eigen::MatrixXd inverse = H_.ldlt().solve(Eigen::MatrixXd::Identity(H_.rows(), H_.cols()));
+    const Eigen::MatrixXd inverse = inverse_of(without_noise() + prior_);
     const Eigen::MatrixXd fisher = reduced_chi2() * inverse;
     const auto num = static_cast<double>(scores_.size());
     if (num < 2) return fisher;
@@ -122,22 +162,38 @@ class Sum {
   }
 
  private:
-  Eigen::MatrixXd H_;
+  static Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& H) {
+    return H.ldlt().solve(Eigen::MatrixXd::Identity(H.rows(), H.cols()));
+  }
+  /// H less what noise put there, as far as it is more than nothing in any direction.
+  Eigen::MatrixXd without_noise() const {
+    const Eigen::VectorXd unit = H_.diagonal().cwiseMax(1e-12).cwiseSqrt();
+    const Eigen::MatrixXd scaled = unit.cwiseInverse().asDiagonal() * (H_ - noise_) * unit.cwiseInverse().asDiagonal();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
+    const Eigen::MatrixXd V = unit.asDiagonal() * eigen.eigenvectors();
+    return V * eigen.eigenvalues().cwiseMax(1e-9).asDiagonal() * V.transpose();
+  }
+
+  Eigen::MatrixXd H_, prior_, noise_;
   std::map<long, Eigen::VectorXd> scores_;
   double chi2_ = 0, freedom_ = 0;
 };
 
 }  // namespace
 
-CameraCovariance covariance_of_cameras(const JointProblem& problem, const JointState& state,
+CameraCovariance covariance_of_cameras(const JointProblem& problem, JointState& state,
                                        const std::vector<long>& clusters) {
   CameraCovariance out;
   Eigen::Index size = 0;
   out.column = columns_of(*problem.problem, state, size);
   Sum sum(size);
   long next_cluster = clusters.empty() ? 0 : *std::max_element(clusters.begin(), clusters.end()) + 1;
-  for (std::size_t i = 0; i < problem.moving.size(); ++i)
-    sum.add(linearise(*problem.problem, problem.moving[i], out.column, size), clusters[i]);
+  for (std::size_t i = 0; i < problem.moving.size(); ++i) {
+    const Linear group = linearise(*problem.problem, problem.moving[i], out.column, size);
+    const Eigen::MatrixXd D = own_by_clock(*problem.problem, problem.moving[i], out.column, size, state);
+    sum.add(group, clusters[i]);
+    sum.add_noise(noise_in_clocks(group, D, out.column, state));
+  }
   for (const auto& ids : problem.still) sum.add(linearise(*problem.problem, ids, out.column, size), next_cluster++);
   for (const auto id : problem.priors) sum.add_prior(linearise(*problem.problem, {id}, out.column, size));
   out.covariance = sum.covariance();

@@ -14,7 +14,7 @@ namespace {
 constexpr double kCauchyScale = 2;
 constexpr double kClockStdFrames = 10;
 constexpr double kCrystalStd = 50e-6;
-/// The pairs' rate and the joint one come from the same tracks: theirs must not count as another measurement.
+/// A rate that pairs measured, against all crystals' wont, comes from the same tracks: it must not count twice.
 constexpr double kRateSlack = 3;
 
 ceres::LossFunction* loss() { return new ceres::CauchyLoss(kCauchyScale); }
@@ -67,7 +67,8 @@ class Builder {
   void add_clock_prior(std::size_t i) {
     const JointCamera& camera = scene_.cameras[i];
     const auto start = blocks_of(camera);
-    const double rate_std = std::hypot(kCrystalStd, kRateSlack * camera.clock.rate_std);
+    const bool by_pairs = camera.clock.rate_std > kCrystalStd;
+    const double rate_std = by_pairs ? kRateSlack * camera.clock.rate_std : kCrystalStd;
     out_.priors.push_back(
         out_.problem->AddResidualBlock(new ceres::AutoDiffCostFunction<PriorResidual<2>, 2, 2>(new PriorResidual<2>{
                                            start.clock, {kClockStdFrames * camera.frame_s, rate_std}}),
