@@ -20,6 +20,10 @@ constexpr double kClockRateStd = 50e-6;
 /// A pair that could not tell the rate still says that it is nothing outlandish.
 constexpr double kUntoldRateStd = 0.02;
 constexpr double kOddDeviations = 4;
+/// Of the variance of a camera's pairs, so much is an error of that camera's clock that all of them make: half of a
+/// pair's noise is in the one camera's tracks, which its other pairs use too; half of that lies along the motion, where
+/// it looks like time from every other camera; and about half of the tracks are the same ones.
+constexpr double kSharedByCamera = 0.125;
 /// No pair is trusted beyond this part of a frame: systematic errors (rolling shutter, other points) are never less.
 constexpr double kFloorFrames = 0.01;
 
@@ -148,6 +152,17 @@ struct Posterior {
   Eigen::VectorXd x, std;
 };
 
+/// Of what each member's pairs err by together, to which the graph's cycles are blind.
+Eigen::VectorXd shared_variances(const Graph& graph, const Eigen::VectorXd& weights) {
+  Eigen::VectorXd num = Eigen::VectorXd::Zero(std::ssize(graph.members)), information = num;
+  for (std::size_t e = 0; e < graph.edges.size(); ++e)
+    for (const std::size_t camera : {graph.edges[e].a, graph.edges[e].b}) {
+      num[graph.index_of(camera)] += 1;
+      information[graph.index_of(camera)] += weights[static_cast<Eigen::Index>(e)];
+    }
+  return kSharedByCamera * num.cwiseQuotient(information);
+}
+
 /// prior_stds: of each member about its prior value 0; empty for none.
 Posterior least_squares(const Graph& graph, const Eigen::VectorXd& measured, const Eigen::VectorXd& stds,
                         const Eigen::VectorXd& start, const Eigen::VectorXd& prior_stds = {}) {
@@ -167,7 +182,9 @@ Posterior least_squares(const Graph& graph, const Eigen::VectorXd& measured, con
   const auto freedom = static_cast<double>(std::ssize(graph.edges) - num);
   const double inflate = freedom > 0 ? std::max(1.0, chi2 / freedom) : 1;
   Eigen::VectorXd std = Eigen::VectorXd::Zero(x.size());
-  std.tail(num) = (inflate * N.inverse().diagonal()).array().sqrt();
+  const Eigen::VectorXd shared = shared_variances(graph, weights);
+  std.tail(num) = (inflate * (N.inverse().diagonal().array() + shared.tail(num).array() + shared[0])).sqrt();
+  if (prior_stds.size() > 0) std = std.cwiseMin(prior_stds);
   return {x, std};
 }
 

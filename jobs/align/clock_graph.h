@@ -35,7 +35,8 @@ struct ClockSolution {
 /// whose pairs clearly say that they run otherwise. First least absolute deviations (iterated reweighting, whose answer
 /// no single pair can pull), then pairs are rejected one at a time, the worst first, while one is off by more than
 /// max_inconsistency_std deviations or max_inconsistency_frames of the slower camera, then least squares with Huber
-/// weights. offset_std_s is the posterior's, inflated by the reduced χ². The reference is the first camera if any pair
+/// weights. offset_std_s is the posterior's, inflated by the reduced χ², and by what the pairs of
+/// one camera err by together. The reference is the first camera if any pair
 /// ties it to another, else the first of the largest group that is tied. start_s: offset of the reference. With no
 /// determined pair only one camera is in the answer.
 ClockSolution solve_clocks(const std::vector<GraphCamera>& cameras, const std::vector<PairOffset>& pairs,

@@ -2,19 +2,18 @@
 
 #include <ceres/crs_matrix.h>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
+
+#include "jobs/sync/cluster_jackknife.h"
 
 namespace vantage::sync {
 namespace {
 
 /// Of the information, so much must be more than noise would feign.
 constexpr double kMinInformation = 0.3;
-/// Directions of the geometry that the data do not fix (and the one that E's two rotations share).
-constexpr double kNoDirection = 1e-9;
+
 /// Rows of residual blocks in the order of evaluation.
 struct Linearised {
   Eigen::MatrixXd J;
@@ -40,25 +39,9 @@ Linearised linearise(ceres::Problem& problem, JointState& state, const JointData
   return out;
 }
 
-/// Inverse of a symmetric matrix on the directions that the data fix.
-Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& H) {
-  const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * H * scale.asDiagonal());
-  const Eigen::VectorXd inverse =
-      solver.eigenvalues().unaryExpr([](double x) { return x > kNoDirection ? 1 / x : 0.0; });
-  return scale.asDiagonal() * solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose() *
-         scale.asDiagonal();
-}
-
-/// Runs of neighbouring points, at one time, err together by what they share: shading, perspective, a thing's bending.
-/// Scores of one cell of this size are summed before they are squared (Liang & Zeger 1986).
-constexpr double kCellPx = 40, kCellS = 2;
-using Cell = std::array<long, 3>;
-
-Cell cell_of(const PathRun& run) {
+Cluster cluster_of(const PathRun& run, const JointOptions& options) {
   const std::size_t middle = run.a.size() / 2;
-  return {std::lround(run.a[middle].x() / kCellPx), std::lround(run.a[middle].y() / kCellPx),
-          std::lround(run.times_a_s[middle] / kCellS)};
+  return cluster_at(run.a[middle], run.times_a_s[middle], options.width_a_px);
 }
 
 struct RunTerm {
@@ -136,28 +119,24 @@ std::optional<ClockInformation> clock_information(JointState state, const JointD
   const Eigen::MatrixXd real = S - feigned_information(state, data, terms).topLeftCorner(clocks, clocks);
   if (!(real(0, 0) > kMinInformation * S(0, 0)) || !(real.determinant() > 0)) return std::nullopt;
 
-  std::map<Cell, Eigen::VectorXd> scores;
+  ClusterParts parts;
   ClockInformation out;
   double sum = 0, sum2 = 0;
   for (std::size_t i = 0; i < terms.size(); ++i) {
     const RunTerm& term = terms[i];
-    scores.try_emplace(cell_of(data.runs[i]), Eigen::VectorXd::Zero(clocks)).first->second +=
-        along.transpose() * term.g;
+    add_part(parts, cluster_of(data.runs[i], data.options), term.H, term.g);
     const double information = along.col(0).dot(term.H * along.col(0));
     sum += information;
     sum2 += information * information;
     out.num_believed_runs += term.weight > 0.5 ? 1 : 0;
   }
   out.effective_runs = sum2 > 0 ? sum * sum / sum2 : 0;
-  const Eigen::MatrixXd inverse = real.inverse();
+  const Eigen::MatrixXd inverse = real.inverse(), dilution = inverse * S;
   const Eigen::MatrixXd fisher = inverse * S * inverse * std::max(1.0, chi2 / std::max(num, 1.0));
-  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(clocks, clocks);
-  for (const auto& [cell, score] : scores) spread += score * score.transpose();
-  // As many unknowns as were fitted make the scores smaller than they are.
-  const auto num_cells = static_cast<double>(scores.size());
-  spread *= num_cells / std::max(1.0, num_cells - static_cast<double>(size));
-  const Eigen::MatrixXd sandwich = inverse * spread * inverse;
-  const Eigen::MatrixXd covariance = sandwich(0, 0) > fisher(0, 0) ? sandwich : fisher;
+  const Eigen::MatrixXd jackknife =
+      dilution * jackknife_covariance(parts, H).bottomRightCorner(clocks, clocks) * dilution.transpose();
+  const double factor = student_factor(effective_clusters(parts, along.col(0)) - static_cast<double>(clocks));
+  const Eigen::MatrixXd covariance = factor * factor * (jackknife(0, 0) > fisher(0, 0) ? jackknife : fisher);
   Eigen::MatrixXd units = Eigen::MatrixXd::Identity(clocks, clocks);
   if (clocks == 2) units(1, 1) = 1e-3;
   out.covariance.topLeftCorner(clocks, clocks) = units * covariance * units;

@@ -3,9 +3,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
+
+#include "jobs/sync/cluster_jackknife.h"
 
 namespace vantage::sync {
 namespace {
@@ -16,14 +16,12 @@ constexpr double kCauchyScale = 2;
 // KLT is never better.
 constexpr double kMinNoisePx = 0.1, kMinBiasPx = 0.1;
 constexpr double kDerivativeStepS = 1e-3;
-/// Which pairs may err together: a cell of a's picture and a stretch of time.
-using Cluster = std::array<long, 3>;
+/// No calibration and no two paths of a point are better than this, and all pairs of two cameras may share it.
+constexpr double kSharedBiasPx = 0.1;
 
-Cluster cluster_of(const PathPair& pair, const FitOptions& options) {
+Cluster cluster_of(const PathPair& pair, const PairGeometry& geometry) {
   const std::size_t middle = pair.a.size() / 2;
-  const Eigen::Vector2d& px = pair.a.px(middle);
-  return {std::lround(px.x() / options.cluster_px), std::lround(px.y() / options.cluster_px),
-          std::lround(pair.a.time_s(middle) / options.cluster_s)};
+  return cluster_at(pair.a.px(middle), pair.a.time_s(middle), geometry.width_a_px());
 }
 
 struct Residuals {
@@ -91,6 +89,7 @@ struct PairTerm {
   Eigen::Matrix2d H_noise = Eigen::Matrix2d::Zero();  // what of H is not motion but noise: r's, in units of itself
   Eigen::Vector2d g = Eigen::Vector2d::Zero();
   double chi2 = 0;
+  Eigen::Vector2d g_of_bias = Eigen::Vector2d::Zero();  // what a pixel in all of its residuals adds to g
   std::size_t num = 0;
   double weight = 0;
 };
@@ -112,6 +111,7 @@ PairTerm term_of(const Residuals& res, const Noise& noise) {
   term.H -= shrink / s2 * sum_J * sum_J.transpose();
   term.g -= shrink / s2 * sum_J * sum_r;
   term.chi2 -= shrink / s2 * sum_r * sum_r;
+  term.g_of_bias = (1 - n * shrink) / s2 * sum_J;
   term.weight = 1 / (1 + term.chi2 / n / (kCauchyScale * kCauchyScale));
   return term;
 }
@@ -133,7 +133,7 @@ System build_system(const std::vector<PathPair>& pairs, const PairGeometry& geom
   for (const PathPair& pair : pairs) {
     Residuals res = residuals_of(pair, geometry, offset_s, rate, options.max_epipolar_px);
     if (res.r_px.size() < kMinSamples) continue;
-    res.cluster = cluster_of(pair, options);
+    res.cluster = cluster_of(pair, geometry);
     all.push_back(std::move(res));
   }
   System system{.terms = {}, .noise = estimate_noise(all, options)};
@@ -153,32 +153,43 @@ System build_system(const std::vector<PathPair>& pairs, const PairGeometry& geom
   return system;
 }
 
-/// Sum over clusters of their scores' squares, for as many clusters as an unbiased estimate would have.
-Eigen::Matrix2d score_spread(const System& system, bool estimate_rate) {
-  std::map<Cluster, Eigen::Vector2d> scores;
+ClusterParts parts_of(const System& system, bool estimate_rate) {
+  ClusterParts parts;
   for (const PairTerm& term : system.terms) {
-    Eigen::Vector2d& sum = scores.try_emplace(term.cluster, Eigen::Vector2d::Zero()).first->second;
-    sum += term.weight * term.g;
-    if (!estimate_rate) sum[1] = 0;
+    Eigen::Matrix2d H = term.weight * term.H;
+    Eigen::Vector2d g = term.weight * term.g;
+    if (!estimate_rate) H(0, 1) = H(1, 0) = H(1, 1) = g[1] = 0;
+    add_part(parts, term.cluster, H, g);
   }
-  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
-  for (const auto& [cluster, score] : scores) spread += score * score.transpose();
-  const auto num = static_cast<double>(scores.size());
-  return num > 1 ? Eigen::Matrix2d(num / (num - 1) * spread) : spread;
+  return parts;
 }
 
-Eigen::Matrix2d covariance_of(const System& system, bool estimate_rate) {
-  const Eigen::Matrix2d inverse = system.H.inverse();
+/// How far a shared error of kSharedBiasPx moves the answer.
+Eigen::Vector2d moved_by_shared_bias(const System& system, bool estimate_rate) {
+  Eigen::Vector2d g = Eigen::Vector2d::Zero();
+  for (const PairTerm& term : system.terms) g += kSharedBiasPx * term.weight * term.g_of_bias;
+  if (!estimate_rate) g[1] = 0;
+  return system.H.ldlt().solve(g);
+}
+
+Eigen::Matrix2d fisher_covariance(const System& system) {
   double chi2 = 0, num = 0;
   for (const PairTerm& term : system.terms) {
     chi2 += term.weight * term.chi2;
     num += term.weight * static_cast<double>(term.num);
   }
-  const Eigen::Matrix2d fisher = inverse * std::max(1.0, chi2 / std::max(num, 1.0));
-  const Eigen::Matrix2d sandwich = inverse * score_spread(system, estimate_rate) * inverse;
+  return system.H.inverse() * std::max(1.0, chi2 / std::max(num, 1.0));
+}
+
+Eigen::Matrix2d covariance_of(const System& system, bool estimate_rate) {
+  const ClusterParts parts = parts_of(system, estimate_rate);
+  const Eigen::Matrix2d fisher = fisher_covariance(system), jackknife = jackknife_covariance(parts, system.H);
   // Noise adds to H what is not information: scale by how little of H is.
   const Eigen::Matrix2d dilution = (system.H - system.H_noise).inverse() * system.H;
-  return dilution * (sandwich(0, 0) > fisher(0, 0) ? sandwich : fisher) * dilution.transpose();
+  const double factor = student_factor(effective_clusters(parts, Eigen::Vector2d::UnitX()) - (estimate_rate ? 2 : 1));
+  const Eigen::Matrix2d& larger = jackknife(0, 0) > fisher(0, 0) ? jackknife : fisher;
+  const Eigen::Vector2d moved = moved_by_shared_bias(system, estimate_rate);
+  return dilution * (factor * factor * larger + moved * moved.transpose()) * dilution.transpose();
 }
 
 OffsetFit summarise(const System& system, double offset_s, double rate, const FitOptions& options) {

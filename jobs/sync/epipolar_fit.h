@@ -17,8 +17,6 @@ struct FitOptions {
   bool estimate_rate = false;
   /// Bounds of the noise found: matched points beyond these are not worth much.
   double max_noise_px = 2, max_bias_px = 4;
-  /// Pairs whose points are nearer than this in a, and in time, may err together.
-  double cluster_px = 40, cluster_s = 0.5;
 };
 
 /// t_a = offset_s + rate * t_b.
@@ -39,8 +37,9 @@ struct OffsetFit {
 /// and a pair whose point crosses its epipolar lines at constant speed says no more than σ_b / speed, however many
 /// samples it has. Pairs are weighed by Cauchy's function of their Mahalanobis distance; σ and σ_b are estimated
 /// alongside (medians). Standard deviations are the larger of the Fisher information's (inflated by the reduced χ²) and
-/// the sandwich estimate over clusters of pairs (Liang & Zeger 1986), since neighbouring points of one thing err
-/// together by what they share: shading, perspective, the thing's bending. What noise alone would make look like motion
+/// the jackknife's over clusters of pairs, times Student's factor for as few clusters as there are, and what a tenth of
+/// a pixel of shared error would do: neighbouring points of one thing err together by what they share, and all of them
+/// by what the calibration is off. What noise alone would make look like motion
 /// across the epipolar lines is taken off the information first. Empty when nothing in the pairs tells time, or the
 /// iteration leaves its start by over max_step_s.
 std::optional<OffsetFit> fit_offset(const std::vector<PathPair>& pairs, const PairGeometry& geometry,

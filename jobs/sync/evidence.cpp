@@ -14,7 +14,8 @@ constexpr double kFloorFrames = 0.1;
 
 double at_pivot(const OffsetFit& fit, double pivot_b_s) { return fit.offset_s + fit.rate * pivot_b_s; }
 
-/// Inverse variance mean of offset and rate; pivots of the two lie near each other, in the middle of the overlap.
+/// Inverse variance mean of offset and rate, less certain by as much as the two differ by more than they say (Birge's
+/// ratio); pivots of the two lie near each other, in the middle of the overlap.
 OffsetFit mean_of(const OffsetFit& p, const OffsetFit& q) {
   const double wp = 1 / (p.std_s * p.std_s), wq = 1 / (q.std_s * q.std_s);
   OffsetFit out = wp >= wq ? p : q;
@@ -26,7 +27,8 @@ OffsetFit mean_of(const OffsetFit& p, const OffsetFit& q) {
     out.rate_std = 1 / std::sqrt(rp + rq);
   }
   out.offset_s = offset - out.rate * out.pivot_b_s;
-  out.std_s = 1 / std::sqrt(wp + wq);
+  const double apart_s = at_pivot(p, out.pivot_b_s) - at_pivot(q, out.pivot_b_s);
+  out.std_s = std::max(1.0, std::abs(apart_s) / std::hypot(p.std_s, q.std_s)) / std::sqrt(wp + wq);
   out.num_tracks = p.num_tracks + q.num_tracks;
   out.effective_tracks = p.effective_tracks + q.effective_tracks;
   return out;

@@ -77,6 +77,7 @@ void answer_without_poses(MotionAnswer& answer, const MotionInput& in, const std
   const auto mutual = mutual_only(matches);
   FreePairInput input{.pairs = {}, .still = {}, .range = range, .lens_a = in.lens_a, .lens_b = in.lens_b};
   input.frame_s = limits.frame_s;
+  input.width_a_px = in.table_a.width;
   if (in.static_cameras)
     input.still = match_still_points(in.grey_a, in.table_a.num_frames(), in.grey_b, in.table_b.num_frames());
   answer.figures["still_matches"] = static_cast<double>(input.still.size());

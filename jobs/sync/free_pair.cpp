@@ -74,7 +74,7 @@ double lead_over(const RunCosts& best, const RunCosts& other) {
 double mid_offset_s(const JointFit& fit, double time_b_s) { return fit.clock.offset_s + fit.clock.rate * time_b_s; }
 
 std::optional<JointFit> fit_mode(const FreePairInput& in, const FreeMode& mode) {
-  JointOptions options{.lens_a = in.lens_a, .lens_b = in.lens_b};
+  JointOptions options{.lens_a = in.lens_a, .lens_b = in.lens_b, .width_a_px = in.width_a_px};
   auto fit = fit_jointly(in.pairs, in.still, mode.F, mode.offset_s, 1, options);
   if (!fit) {  // eight points may fix F and be far from any E: lenses are then no help
     options.lens_a = options.lens_b = std::nullopt;

@@ -11,6 +11,7 @@ struct FreePairInput {
   OffsetRange range;
   std::optional<Pinhole> lens_a, lens_b;
   double frame_s = 0;  ///< the longer of the two cameras' frames
+  int width_a_px = 0;  ///< of a's pictures
 };
 
 struct FreePairAnswer {

@@ -23,6 +23,7 @@ std::vector<PathRun> cut_into_runs(const std::vector<PathPair>& pairs, double mi
 struct JointOptions {
   std::optional<Pinhole> lens_a, lens_b;  ///< both known: five unknowns of geometry (E) instead of seven (F)
   bool estimate_rate = false;
+  int width_a_px = 0;  ///< of a's pictures
 };
 
 struct JointFit {
@@ -37,8 +38,8 @@ struct JointFit {
 /// σ starts at 6 px, wide enough to find the way from some tens of frames (graduated non-convexity, Blake & Zisserman
 /// 1987), falls to 3 and 1.5 px and is then estimated. The geometry is F = U diag(1, s, 0) Vᵀ (Bartoli & Sturm 2004),
 /// s = 1 between calibrated rays. Variances come from the information about the clock that is left when the geometry is
-/// free to follow, less what noise alone would feign; the larger of Fisher's, inflated by χ², and the sandwich over
-/// runs. Empty when nothing is left that tells time.
+/// free to follow, less what noise alone would feign; the larger of Fisher's, inflated by χ², and the jackknife's
+/// over clusters of runs. Empty when nothing is left that tells time.
 std::optional<JointFit> fit_jointly(const std::vector<PathPair>& pairs, const std::vector<PointMatch>& still,
                                     const Eigen::Matrix3d& start_F, double start_offset_s, double start_rate,
                                     const JointOptions& options);

@@ -38,6 +38,7 @@ class PairGeometry {
   /// Signed Sampson distance of two observations made at time_a_s and time_b_s of their footages; empty without poses.
   std::optional<double> residual_px(const Eigen::Vector2d& a, double time_a_s, const Eigen::Vector2d& b,
                                     double time_b_s) const;
+  int width_a_px() const { return a_.pinhole().width; }
   /// Of two static cameras.
   EpipolarPencil pencil() const;
 

@@ -12,7 +12,7 @@ struct SyncJob {
     std::string coarse = "epipolar";
     std::string subframe = "epipolar";
     double max_offset_s = 10;
-    double max_std_frames = 0.25;
+    double max_std_frames = 0.4;
     int min_tracks = 5;
 
     void fields(auto&& field) {

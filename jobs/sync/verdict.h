@@ -9,7 +9,7 @@ namespace vantage::sync {
 
 struct VerdictLimits {
   double frame_s = 0;  ///< the longer of the two cameras' frames
-  double max_std_frames = 0.25;
+  double max_std_frames = 0.4;
   double min_tracks = 5;
   double min_contrast = 1.3;  ///< best offset over the next best
 };

@@ -147,6 +147,7 @@ Result solve_pair(const std::vector<DroneCamera>& cameras, std::size_t i, std::s
   const DroneCamera &a = cameras[i], &b = cameras[j];
   sync::FreePairInput in{.pairs = {}, .still = {}, .range = {}, .lens_a = a.lens, .lens_b = b.lens};
   in.frame_s = std::max(1 / a.fps, 1 / b.fps);
+  in.width_a_px = a.lens.width;
   in.range = {centre_s - window_s, centre_s + window_s, 0.5 * std::min(1 / a.fps, 1 / b.fps), a.last_s, b.last_s};
   for (const auto& piece_a : a.pieces)
     for (const auto& piece_b : b.pieces)

@@ -111,6 +111,28 @@ TEST(ClockGraph, RateThatTooLittleFootageSaysIsNotBelieved) {
   EXPECT_NEAR(solution.clocks.find("b")->offset_s, 0.5, 1e-4);
 }
 
+/// Every pair of e's says that its clock runs at `rate`, as pairs do that err by what they share: e's tracks.
+ClockSolution with_rate_of_e(double rate, double rate_std) {
+  std::vector<PairOffset> pairs = all_pairs();
+  for (PairOffset& pair : pairs) {
+    pair.rate_std = rate_std;
+    if (pair.b == "e") pair.rate = rate;
+  }
+  return solve_clocks(kFive, pairs, 0);
+}
+
+TEST(ClockGraph, PairsThatShareACameraAreNotThatManyWitnessesOfItsRate) {
+  EXPECT_NEAR(with_rate_of_e(1.00265, 0.001).clocks.find("e")->rate, 1, 100e-6);
+  EXPECT_NEAR(with_rate_of_e(1.01, 0.001).clocks.find("e")->rate, 1.01, 0.002);
+}
+
+TEST(ClockGraph, MorePairsDoNotMakeACameraMoreCertainThanItsOwnErrors) {
+  const double std_s = solve_clocks(kFive, all_pairs(0.001), 0).clocks.cameras[1].offset_std_s;
+  const double independent_s = 0.001 * std::sqrt(2.0 / 5);
+  EXPECT_GT(std_s, 1.15 * independent_s);
+  EXPECT_LT(std_s, 0.001);
+}
+
 TEST(ClockGraph, WrongFrameRateIsFoundWhereThePairsTellIt) {
   std::vector<PairOffset> pairs;
   const std::vector<std::string> names = {"a", "b", "c", "d"};

@@ -20,6 +20,7 @@ Answered solve(const Rig& rig, std::vector<PathPair> pairs, double max_offset_s 
   FreePairInput in{.pairs = std::move(pairs), .still = {}, .range = {}, .lens_a = {}, .lens_b = {}};
   in.range = plausible_offsets(rig.table_a, rig.table_b, max_offset_s);
   in.frame_s = 1 / kFps;
+  in.width_a_px = rig.table_a.width;
   Answered out{solve_free_pair(in), {}};
   judge_free_pair(out.offset, out.answer, kLimits);
   return out;
