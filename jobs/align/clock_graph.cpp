@@ -19,7 +19,8 @@ constexpr double kHuberScale = 1.5;
 constexpr double kClockRateStd = 50e-6;
 /// A pair that could not tell the rate still says that it is nothing outlandish.
 constexpr double kUntoldRateStd = 0.02;
-constexpr double kOddDeviations = 4;
+/// A frame rate is not what it says where pairs say so by this: deviations that hold, of a few cameras.
+constexpr double kOddDeviations = 3;
 /// Of the variance of a camera's pairs, so much is an error of that camera's clock that all of them make: half of a
 /// pair's noise is in the one camera's tracks, which its other pairs use too; half of that lies along the motion, where
 /// it looks like time from every other camera; and about half of the tracks are the same ones.
