@@ -6,10 +6,12 @@
 
 #include "jobs/align/align_job.h"
 #include "jobs/align/clock_graph.h"
+#include "jobs/align/graph_picture.h"
 #include "jobs/align/joint_adjustment.h"
 #include "jobs/align/joint_input.h"
 #include "jobs/align/readout.h"
 #include "schema/base/error.h"
+#include "schema/base/files.h"
 #include "schema/formats/frame_table.h"
 
 namespace vantage {
@@ -67,6 +69,14 @@ std::vector<PairOffset> read_pairs(const JobContext& context, const std::vector<
   return pairs;
 }
 
+/// What the pair that came nearest to an answer says of a camera that has none.
+std::string best_verdict(const std::vector<PairOffset>& pairs, const std::string& camera) {
+  const PairOffset* best = nullptr;
+  for (const PairOffset& pair : pairs)
+    if ((pair.a == camera || pair.b == camera) && (!best || pair.std_s < best->std_s)) best = &pair;
+  return best ? fmt::format("{} and {}: {}", best->a, best->b, best->verdict) : "it is the only camera";
+}
+
 void report(JobContext& context, const align::ClockSolution& solution, const std::vector<PairOffset>& pairs) {
   double sum_squares = 0, worst_std = 0;
   int num_used = 0, num_rejected = 0;
@@ -87,9 +97,9 @@ void report(JobContext& context, const align::ClockSolution& solution, const std
   context.figure("worst_std_ms", 1e3 * worst_std);
   for (const std::string& name : solution.left_out)
     context.warn(
-        name +
-        " could not be synchronised with any other camera and is left out: give it start_s, or footage that shares "
-        "moving things with its neighbours");
+        fmt::format("{} could not be synchronised with any other camera and is left out ({}): give it start_s, "
+                    "or footage that shares moving things with its neighbours",
+                    name, best_verdict(pairs, name)));
 }
 
 /// A read-out that is neither given nor negligible shifts moving things by rows.
@@ -130,6 +140,7 @@ Clocks solved_clocks(JobContext& context, const std::vector<Camera>& cameras, co
   if (solution.clocks.cameras.size() < 2) nothing_synchronised(pairs);
   report(context, solution, pairs);
   report_readouts(context, cameras);
+  write_file_atomically(context.out("preview.svg"), align::graph_picture(graph_cameras, pairs, solution));
   if (solution.clocks.reference != cameras.front().name)
     context.warn(
         fmt::format("{} cannot be the reference, which is now {}", cameras.front().name, solution.clocks.reference));

@@ -14,6 +14,8 @@ namespace vantage {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr int kNumSignals = 65;  // Linux
+
 /// By way of planar RGB, which swscale converts to at more than twice the speed (measured), to the same values.
 /// showinfo last: it tells of exactly the pictures that come out.
 std::string filters_of(const VideoFacts& facts) {
@@ -128,7 +130,11 @@ cv::Mat VideoPictures::next() {
   num_damaged_ += told.num_damaged_before;
   time_s_ = told.time_s;
   if (picture.empty()) {
-    pipe_->program.wait();
+    // Its own status says nothing: damaged footage ends with an error, too. But killed from outside it would pass for
+    // the footage's end.
+    if (const int status = pipe_->program.wait(); status > 128 && status < 128 + kNumSignals)
+      throw Error(ErrorKind::Resource,
+                  fmt::format("ffmpeg was ended by signal {} while decoding; is memory short?", status - 128));
     return {};
   }
   cv::cvtColor(picture, picture, cv::COLOR_RGB2BGR);

@@ -117,10 +117,10 @@ FreePairAnswer solve_free_pair(const FreePairInput& in) {
 
   answer.fit = fits[best];
   answer.lead = std::numeric_limits<double>::infinity();
-  const double middle_s = fits[best].mid_time_b_s, at_s = mid_offset_s(fits[best], middle_s);
+  const double middle_s = fits[best].clock.pivot_b_s, at_s = mid_offset_s(fits[best], middle_s);
   for (std::size_t k = 0; k < fits.size(); ++k) {
     const double apart_s = std::abs(mid_offset_s(fits[k], middle_s) - at_s);
-    if (apart_s < std::max(0.5 * in.frame_s, 4 * fits[best].mid_std_s)) continue;  // the same answer
+    if (apart_s < std::max(0.5 * in.frame_s, 4 * fits[best].clock.std_s)) continue;  // the same answer
     const double lead = lead_over(costs[best], costs[k]);
     if (lead < answer.lead) answer.lead = lead, answer.rival_offset_s = fits[k].clock.offset_s;
   }
@@ -133,10 +133,10 @@ void judge_free_pair(PairOffset& offset, const FreePairAnswer& answer, const Ver
   offset.offset_s = clock.offset_s;
   offset.rate = clock.rate;
   offset.rate_std = clock.rate_std;
-  offset.std_s = answer.fit->mid_std_s;
-  offset.pivot_b_s = answer.fit->mid_time_b_s;
+  offset.std_s = clock.std_s;
+  offset.pivot_b_s = clock.pivot_b_s;
   offset.num_inliers = clock.num_tracks;
-  const double std_frames = answer.fit->mid_std_s / limits.frame_s;
+  const double std_frames = clock.std_s / limits.frame_s;
   if (!(std_frames <= limits.max_std_frames))
     return undetermined(offset, fmt::format("with the cameras' poses unknown the motion does not tell time (± {:.2f} "
                                             "frame, at most {:.2f} is useful)",
@@ -151,7 +151,7 @@ void judge_free_pair(PairOffset& offset, const FreePairAnswer& answer, const Ver
   offset.determined = true;
   offset.verdict =
       fmt::format("{:+.4f} s ± {:.1f} ms ({:.3f} frame) from {} runs of tracks, the cameras' poses unknown",
-                  clock.offset_s, 1e3 * answer.fit->mid_std_s, std_frames, clock.num_tracks);
+                  clock.offset_s, 1e3 * clock.std_s, std_frames, clock.num_tracks);
 }
 
 }  // namespace vantage::sync

@@ -69,14 +69,14 @@ RunNoise estimate_noise(const std::vector<PathRun>& runs, const std::vector<Path
 
 JointFit summarise(const JointState& state, const RunNoise& noise, const ClockInformation& information,
                    bool estimate_rate) {
-  JointFit fit{.clock = {}, .mid_time_b_s = state.pivot_b_s, .F = state.fundamental()};
+  JointFit fit{.clock = {}, .F = state.fundamental()};
+  const Eigen::Matrix2d& C = information.covariance;
+  const double to_independent_s = estimate_rate ? C(0, 1) / C(1, 1) : 0;
   fit.clock.offset_s = state.offset_s();
   fit.clock.rate = state.rate();
-  fit.mid_std_s = std::sqrt(information.covariance(0, 0));
-  // offset = pivot_a + shift - pivot_b * rate
-  const Eigen::Vector2d by_clock(1, estimate_rate ? -state.pivot_b_s : 0);
-  fit.clock.std_s = std::sqrt(by_clock.dot(information.covariance * by_clock));
-  fit.clock.rate_std = estimate_rate ? std::sqrt(information.covariance(1, 1)) : 0;
+  fit.clock.pivot_b_s = state.pivot_b_s - to_independent_s;
+  fit.clock.std_s = std::sqrt(C(0, 0) - to_independent_s * C(0, 1));
+  fit.clock.rate_std = estimate_rate ? std::sqrt(C(1, 1)) : 0;
   fit.clock.noise_px = noise.sample_px;
   fit.clock.bias_px = noise.bias_px;
   fit.clock.effective_tracks = information.effective_runs;

@@ -27,9 +27,7 @@ struct JointOptions {
 };
 
 struct JointFit {
-  OffsetFit clock;       ///< std_s is that of offset_s, at b's first frame; tracks counts runs
-  double mid_std_s = 0;  ///< standard deviation of the offset in the middle of the overlap, where it is least
-  double mid_time_b_s = 0;
+  OffsetFit clock;    ///< tracks counts runs
   Eigen::Matrix3d F;  ///< x_b^T F x_a = 0, pixels, unit norm
 };
 

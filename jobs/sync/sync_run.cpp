@@ -3,6 +3,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "jobs/sync/motion_offset.h"
+#include "jobs/sync/pair_pictures.h"
 #include "jobs/sync/scan_picture.h"
 #include "jobs/sync/sync_job.h"
 #include "jobs/vision/shot_images.h"
@@ -110,6 +111,15 @@ std::vector<SharedTrack> shared_tracks(const sync::MotionAnswer& answer,
   return shared;
 }
 
+void write_pictures(const JobContext& context, const sync::MotionInput& input, const sync::MotionAnswer& answer) {
+  write_picture(context.out("preview.jpg"),
+                sync::scan_picture(answer.scan, answer.offset.offset_s, answer.offset.determined));
+  if (const cv::Mat matches = sync::matches_picture(input, answer); !matches.empty())
+    write_picture(context.out("matches.jpg"), matches);
+  if (const cv::Mat residuals = sync::residuals_picture(input, answer); !residuals.empty())
+    write_picture(context.out("residuals.png"), residuals);
+}
+
 void run_motion(JobContext& context, const SyncJob::Params& params) {
   PairOffset names = empty_answer(context, "motion");
   context.progress(0.05, "reading tracks");
@@ -153,8 +163,7 @@ void run_motion(JobContext& context, const SyncJob::Params& params) {
     context.figure("bias_px", answer.fit->bias_px);
     context.figure("effective_tracks", answer.fit->effective_tracks);
   }
-  write_picture(context.out("preview.jpg"),
-                sync::scan_picture(answer.scan, answer.offset.offset_s, answer.offset.determined));
+  write_pictures(context, input, answer);
 }
 
 }  // namespace

@@ -43,6 +43,12 @@ std::vector<const ReportJob*> sample(const std::vector<const ReportJob*>& jobs, 
   return chosen;
 }
 
+std::size_t camera_index(const ReportInput& input, const std::string& name) {
+  const auto& cameras = input.shot.cameras;
+  const auto found = std::find_if(cameras.begin(), cameras.end(), [&](const auto& c) { return c.name == name; });
+  return static_cast<std::size_t>(found - cameras.begin());
+}
+
 fs::path page_folder(const ReportInput& input) { return input.shot.folder / "out"; }
 
 }  // namespace report
@@ -68,7 +74,7 @@ h1 { font-size: 32px; margin: 0 } h2 { font-size: 20px; margin: 0 0 12px } h3 { 
 section { background: var(--card); border: 1px solid var(--line); border-radius: 12px; padding: 20px 22px; margin: 18px 0 }
 .lead { color: var(--soft); margin: 4px 0 0 } .lead b { color: var(--text) }
 .strip { display: flex; flex-wrap: wrap; gap: 14px } figure { margin: 0; max-width: 100% }
-figure img { height: 150px; max-width: 100%; border-radius: 8px; display: block; background: var(--line) } .big img { height: 230px }
+figure img { height: 150px; max-width: 100%; border-radius: 8px; display: block; background: var(--line) } .big img { height: 230px } .whole img { height: auto; width: 100% }
 video { height: 260px; max-width: 100%; border-radius: 8px; display: block; background: #000 }
 figcaption { font-size: 12.5px; color: var(--soft); padding-top: 3px }
 .scroll { overflow-x: auto } table { border-collapse: collapse; font-variant-numeric: tabular-nums } th { text-align: left; color: var(--soft); font-size: 13px }

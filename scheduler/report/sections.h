@@ -16,6 +16,8 @@ Json figures_of(const std::filesystem::path& artifact);
 /// At most `count` of the items, spread evenly.
 std::vector<const ReportJob*> sample(const std::vector<const ReportJob*>& jobs, std::size_t count);
 std::filesystem::path page_folder(const ReportInput& input);
+/// Place of a camera in the shot: which colour it has on the page. The number of cameras when it is none of them.
+std::size_t camera_index(const ReportInput& input, const std::string& name);
 
 /// Each gives HTML, empty while there is nothing to show.
 std::string films(const ReportInput& input);

@@ -167,8 +167,8 @@ double median(std::vector<double> values) {
 /// Largest difference over the middle of the overlap, in seconds of b.
 double difference_s(const Result& r, const LinearMap& map, const std::vector<DroneCamera>& cameras) {
   const PairOffset& o = r.offset;
-  const double time_a_s = o.offset_s + o.rate * r.answer.fit->mid_time_b_s;
-  return r.answer.fit->mid_time_b_s - published_time_b_s(map, cameras[r.a], cameras[r.b], time_a_s);
+  const double time_a_s = o.offset_s + o.rate * r.answer.fit->clock.pivot_b_s;
+  return r.answer.fit->clock.pivot_b_s - published_time_b_s(map, cameras[r.a], cameras[r.b], time_a_s);
 }
 
 /// a → b → c against a → c at the middle of a's time.
@@ -183,7 +183,7 @@ std::vector<double> cycle_closures_s(const std::vector<Result>& results) {
       const auto direct = by.find({ab.first, bc.second});
       if (bc.first != ab.second || direct == by.end()) continue;
       const double time_a_s =
-          direct->second->offset.offset_s + direct->second->offset.rate * direct->second->answer.fit->mid_time_b_s;
+          direct->second->offset.offset_s + direct->second->offset.rate * direct->second->answer.fit->clock.pivot_b_s;
       closures.push_back(std::abs(to_b(*second, to_b(*first, time_a_s)) - to_b(*direct->second, time_a_s)));
     }
   return closures;

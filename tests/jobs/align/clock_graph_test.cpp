@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "jobs/align/align_job.h"
+#include "jobs/align/graph_picture.h"
 #include "schema/base/error.h"
 #include "schema/formats/frame_table.h"
 
@@ -153,6 +154,24 @@ TEST(ClockGraph, MoreCertainPairWeighsMore) {
   const auto solution = solve_clocks({{"a"}, {"b"}, {"c"}}, pairs, 0);
   EXPECT_NEAR(solution.clocks.find("b")->offset_s, 0.1, 2e-4);
   EXPECT_NEAR(solution.clocks.find("c")->offset_s, 0.2, 2e-4);
+}
+
+TEST(GraphPicture, ShowsWhatEachPairIsAndWhoIsNotTied) {
+  auto pairs = all_pairs();
+  for (auto& pair : pairs) {
+    pair.verdict = "fine & <good>";
+    if (pair.b == "e") pair.determined = false, pair.verdict = "undetermined: no motion";
+  }
+  const std::string svg = graph_picture(kFive, pairs, solve_clocks(kFive, pairs, 0));
+  const auto count = [&](const std::string& word) {
+    int num = 0;
+    for (auto at = svg.find(word); at != std::string::npos; at = svg.find(word, at + 1)) ++num;
+    return num;
+  };
+  EXPECT_EQ(count("<line"), 10);
+  EXPECT_EQ(count("stroke-dasharray"), 4) << "e's pairs";
+  EXPECT_EQ(count("not tied"), 1);
+  EXPECT_EQ(count("fine &amp; &lt;good&gt;"), 6);
 }
 
 class KnownClocks : public testing::Test {

@@ -51,10 +51,14 @@ inline Rig make_rig(int num_frames, bool level = false) {
 struct Motion {
   Eigen::Vector3d p0, v, amplitude;
   double w = 0, phase = 0;
-  Eigen::Vector3d at(double t) const { return p0 + v * t + amplitude * std::sin(w * t + phase); }
+  Eigen::Vector3d wander = Eigen::Vector3d::Zero();
+  Eigen::Vector3d at(double t) const {
+    return p0 + v * t + amplitude * std::sin(w * t + phase) + wander * std::sin(0.37 * w * t * (1 + 0.01 * t));
+  }
 };
 
-enum class Kind { Free, AlongBaseline, Periodic };
+/// Wandering: stays in view for a minute without repeating itself. Still: does not move.
+enum class Kind { Free, AlongBaseline, Periodic, Wandering, Still };
 
 inline Motion random_motion(std::mt19937& random, Kind kind) {
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -62,11 +66,13 @@ inline Motion random_motion(std::mt19937& random, Kind kind) {
     const double a = uniform(random), b = uniform(random), c = uniform(random);
     return {a * x, b * y, c * z};
   };
-  Motion m{vector(1, 0.6, 0.6), vector(1, 1, 1), vector(0.15, 0.15, 0.15), 0, 0};
+  Motion m{vector(1, 0.6, 0.6), vector(1, 1, 1), vector(0.15, 0.15, 0.15), 0, 0, Eigen::Vector3d::Zero()};
   m.w = 4 + 2 * uniform(random);
   m.phase = 3 * uniform(random);
   if (kind == Kind::AlongBaseline) m.v.tail<2>().setZero(), m.amplitude.tail<2>().setZero();
   if (kind == Kind::Periodic) m.v.setZero(), m.amplitude *= 2, m.w = 2 * M_PI / 0.5;
+  if (kind == Kind::Wandering) m.v.setZero(), m.wander = vector(0.4, 0.4, 0.4);
+  if (kind == Kind::Still) m.v.setZero(), m.amplitude.setZero();
   return m;
 }
 

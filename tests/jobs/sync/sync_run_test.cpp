@@ -133,7 +133,18 @@ TEST_F(SyncRun, FindsTheSubframeOffsetOfAFilmedScene) {
   const PairOffset offset = run({});
   EXPECT_TRUE(offset.determined) << offset.verdict;
   EXPECT_NEAR(offset.offset_s * 30, offset_s_ * 30, 0.1) << offset.verdict;
-  EXPECT_TRUE(std::filesystem::exists(folder_.path() / "out" / "preview.jpg"));
+  for (const char* picture : {"preview.jpg", "matches.jpg", "residuals.png"})
+    EXPECT_TRUE(std::filesystem::exists(folder_.path() / "out" / picture)) << picture;
+}
+
+TEST_F(SyncRun, CamerasWithoutPosesAreSolvedWithPoseAndClockTogether) {
+  Calibration calibration = read_calibration(folder_.path() / "calibrate");
+  calibration.cam_from_world.clear();
+  write_calibration(folder_.path() / "calibrate", calibration);
+  const PairOffset offset = run({});
+  EXPECT_EQ(offset.method, "motion/epipolar/joint");
+  EXPECT_TRUE(!offset.determined || std::abs(offset.offset_s - offset_s_) * 30 < 0.1) << offset.verdict;
+  EXPECT_LT(std::abs(offset.offset_s - offset_s_) * 30, 0.5) << offset.verdict;
 }
 
 TEST_F(SyncRun, SoundlessFootageIsUndeterminedByAudio) {
