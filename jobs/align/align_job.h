@@ -16,10 +16,11 @@ struct AlignJob {
       field("max_inconsistency_std", max_inconsistency_std, Range{1, 100},
             "a pair farther than this many standard deviations from what all others say is rejected");
       field("max_inconsistency_frames", max_inconsistency_frames, Range{0.05, 100}, "or farther than this many frames");
-      field("joint", joint, Any{},
-            "clocks refined by bundle adjustment of the tracks that cameras share, with poses and background of an "
-            "estimated calibration; static cameras, [sync] method = \"motion\". Off: it is a minute of work and, "
-            "measured, about as often a little worse than the pairs as it is better");
+      field(
+          "joint", joint, Any{},
+          "clocks refined by bundle adjustment of the tracks that cameras share, with poses and background of an "
+          "estimated calibration; static cameras, [sync] method = \"motion\". It took about half a minute and made the "
+          "worst clock better, not always the median");
     }
   };
   static KindSpec spec() {

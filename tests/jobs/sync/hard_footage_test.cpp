@@ -16,6 +16,7 @@ PairOffset solve(const FrameTable& table_a, const FrameTable& table_b, std::vect
   FreePairInput in{.pairs = std::move(pairs), .still = {}, .range = {}, .lens_a = {}, .lens_b = {}};
   in.range = plausible_offsets(table_a, table_b, max_offset_s);
   in.frame_s = std::max(frame_interval_s(table_a), frame_interval_s(table_b));
+  in.width_a_px = table_a.width;
   PairOffset offset;
   judge_free_pair(offset, solve_free_pair(in), {.frame_s = in.frame_s});
   return offset;

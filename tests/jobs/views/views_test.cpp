@@ -33,7 +33,7 @@ Rig arc_rig(int num_cameras, int num_frames) {
   for (int c = 0; c < num_cameras; ++c) {
     const std::string name = "cam" + std::to_string(c);
     rig.shot.cameras.push_back(
-        {.name = name, .footage = "", .fps = {}, .start_s = {}, .mask = "", .key_color = "", .calibration = ""});
+        {.name = name, .footage = "", .fps = {}, .start_s = {}, .trim_end_s = {}, .mask = "", .key_color = "", .calibration = ""});
     rig.calibration.cameras[name] = {name, c + 1, {320, 180, 300, 300, 160, 90}, {}};
     const double azimuth = 8.0 * c - 4.0 * (num_cameras - 1);
     const Eigen::Vector3d eye = world_point(rig.navspace, {azimuth, 0, 4.0 + 0.1 * c});

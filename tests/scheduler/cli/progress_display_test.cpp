@@ -38,7 +38,7 @@ TEST(RemainingTime, IsUnknownBeforeAStageHasFinishedAJob) {
 }
 
 TEST(ExitCode, TellsBadInputFromOtherFailures) {
-  RunSummary summary{.shot = "a", .state = "done", .error = "", .failures = {}, .results = {}};
+  RunSummary summary{.shot = "a", .state = "done", .error = "", .failures = {}, .warnings = {}, .results = {}};
   EXPECT_EQ(exit_code(summary), kExitOk);
   summary.state = "failed";
   summary.failures = {{"depth/a", "failed", "crash", "", ""}};
