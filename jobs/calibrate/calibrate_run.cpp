@@ -11,6 +11,7 @@
 #include "jobs/vision/camera_mask.h"
 #include "jobs/vision/shot_images.h"
 #include "schema/base/error.h"
+#include "schema/base/median.h"
 
 namespace vantage {
 namespace fs = std::filesystem;
@@ -55,12 +56,6 @@ void publish_exchange(JobContext& context, const Calibration& calibration, bool 
   for (const auto& [image, pose] : calibration.cam_from_world) poses[image.camera][image.frame] = pose;
   for (const auto& [name, of_frames] : poses)
     write_chan(context.out("chan/" + name + ".chan"), calibration.camera(name).pinhole, of_frames);
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Median distance of the pictures from the middle of the scene's points, in world units.

@@ -8,15 +8,10 @@
 
 #include "jobs/vision/ground_plane.h"
 #include "schema/base/error.h"
+#include "schema/base/median.h"
 
 namespace vantage {
 namespace {
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Eigen::Vector3d median_point(const std::vector<SparsePoint>& points) {
   Eigen::Vector3d out;

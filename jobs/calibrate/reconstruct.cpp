@@ -21,7 +21,7 @@ struct Start {
 /// A normal lens, one that distorts, a wide one and a long one.
 constexpr Start kStarts[] = {{1.2, false}, {1.2, true}, {0.7, false}, {2.2, false}};
 /// Few pictures are mapped within seconds: all starts are tried and the one that explains most is kept.
-constexpr std::size_t kFewPictures = 20;
+constexpr std::size_t kQuicklyMapped = 20;
 
 /// Every pair is matched by itself, so the number of threads changes nothing.
 std::vector<PicturePair> match_all(const Survey& survey, const MatchOptions& options, int num_threads,
@@ -70,7 +70,7 @@ Reconstruction attempt(const std::vector<FilmedCamera>& cameras, const Footage& 
                                          .free_lens = start.free_lens,
                                          .loose = loose});
     if (rank(model) > rank(out.model)) out.model = std::move(model);
-    if (out.model.lenses.size() == cameras.size() && survey.pictures.size() > kFewPictures) break;
+    if (out.model.lenses.size() == cameras.size() && survey.pictures.size() > kQuicklyMapped) break;
   }
   return out;
 }

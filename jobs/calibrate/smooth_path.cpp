@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "schema/base/error.h"
+#include "schema/base/median.h"
 
 namespace vantage {
 namespace {
@@ -46,12 +47,6 @@ Matrix6 to_centre(const RigidTransform& pose) {
   Matrix6 out = Matrix6::Identity();
   out.bottomRightCorner<3, 3>() = -pose.R.transpose();
   return out;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 struct BendVariance {

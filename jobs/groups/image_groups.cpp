@@ -9,6 +9,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "schema/base/median.h"
 #include "schema/formats/calibration.h"
 #include "schema/formats/clocks.h"
 #include "schema/formats/frame_table.h"
@@ -63,11 +64,6 @@ std::pair<std::vector<int>, bool> around_the_scene(const std::vector<GroupCamera
     }
   std::rotate(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(first), order.end());
   return {order, widest < std::numbers::pi / 2};
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 /// Typical time between frames; 0 when no camera has two.

@@ -11,6 +11,7 @@
 #include "jobs/navspace/columns.h"
 #include "jobs/navspace/delaunay.h"
 #include "schema/base/error.h"
+#include "schema/base/median.h"
 
 namespace vantage {
 namespace {
@@ -19,12 +20,6 @@ constexpr double kVaries = 1e-6;    ///< degrees or seconds
 constexpr double kFlatCell = 1e-9;  ///< volume on axes scaled to [0, 1]
 
 using Simplices = std::vector<std::vector<int>>;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 class Joiner {
  public:

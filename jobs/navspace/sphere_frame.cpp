@@ -7,6 +7,7 @@
 
 #include "jobs/vision/ground_plane.h"
 #include "schema/base/error.h"
+#include "schema/base/median.h"
 
 namespace vantage {
 namespace {
@@ -22,12 +23,6 @@ auto camera_mean(const Poses& poses, Of of) {
   for (const auto& camera : poses)
     for (const RigidTransform& pose : camera) sum += of(pose) / static_cast<double>(camera.size());
   return decltype(sum)(sum / static_cast<double>(poses.size()));
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Median depth of the sparse points that lie in front of the mean camera; empty when there are few.

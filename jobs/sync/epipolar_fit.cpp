@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "jobs/sync/cluster_jackknife.h"
+#include "schema/base/median.h"
 
 namespace vantage::sync {
 namespace {
@@ -57,15 +58,6 @@ double mean(const std::vector<double>& v) {
   double sum = 0;
   for (const double x : v) sum += x;
   return sum / static_cast<double>(v.size());
-}
-
-/// Standard deviation from the median of absolute values.
-double robust_std(std::vector<double> deviations, double fallback) {
-  if (deviations.empty()) return fallback;
-  for (double& d : deviations) d = std::abs(d);
-  const auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
-  std::nth_element(deviations.begin(), middle, deviations.end());
-  return 1.4826 * *middle;
 }
 
 struct Noise {

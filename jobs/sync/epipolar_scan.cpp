@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "schema/base/median.h"
+
 namespace vantage::sync {
 namespace {
 
@@ -25,12 +27,6 @@ double score_match(const TimedTrack& a, const TimedTrack& b, const PairGeometry&
     if (residual) score += std::max(0.0, 1 - (*residual * *residual) / (max_px * max_px));
   }
   return score;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "schema/base/median.h"
+
 namespace vantage::sync {
 namespace {
 
@@ -31,12 +33,6 @@ std::vector<Sample> spread_samples(const std::vector<PathPair>& pairs, const Off
   const std::size_t stride = std::max<std::size_t>(1, all.size() / kMaxSamples);
   for (std::size_t k = 0; k < all.size(); k += stride) few.push_back(all[k]);
   return few;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 double median_speed_px_per_s(const std::vector<PathPair>& pairs, const std::vector<Sample>& samples) {

@@ -10,6 +10,7 @@
 #include "jobs/sync/free_scan.h"
 #include "jobs/sync/joint_problem.h"
 #include "jobs/sync/pair_geometry.h"
+#include "schema/base/median.h"
 
 namespace vantage::sync {
 namespace {
@@ -23,14 +24,6 @@ constexpr double kMinNoisePx = 0.1, kMaxNoisePx = 2, kMinBiasPx = 0.1, kMaxBiasP
 constexpr double kGate = 3;
 /// A fit goes no farther from its start.
 constexpr double kReachS = 1;
-
-double robust_std(std::vector<double> deviations, double fallback) {
-  if (deviations.empty()) return fallback;
-  for (double& d : deviations) d = std::abs(d);
-  const auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
-  std::nth_element(deviations.begin(), middle, deviations.end());
-  return 1.4826 * *middle;
-}
 
 /// Samples that b sees and that lie within the gate, as the present estimate has it.
 std::vector<PathRun> runs_within(const std::vector<PathRun>& runs, const std::vector<PathPair>& pairs,

@@ -55,8 +55,7 @@ TEST_F(Exchange, ChanMeansWhatNukeMeans) {
   const RigidTransform& pose = straight.cam_from_world.at(7);
   EXPECT_TRUE(pose.R.isIdentity(1e-12));
   EXPECT_TRUE(pose.centre().isApprox(Eigen::Vector3d(1, -2, -10), 1e-12));
-  // Turned by +90 degrees about y it looks along Nuke's -x, ours too; rolled by +90 about its axis first, its picture's
-  // down is then Nuke's and our world's ... z axis.
+  // Turned by +90 degrees about y it looks along -x, which is ours, too; rolled by +90 its picture's up is -x.
   const RigidTransform turned = read_chan(write("b.chan", "0 0 0 0 0 90 0 40\n")).cam_from_world.at(0);
   EXPECT_TRUE((turned.R.transpose() * Eigen::Vector3d::UnitZ()).isApprox(-Eigen::Vector3d::UnitX(), 1e-12));
   const RigidTransform rolled = read_chan(write("c.chan", "0 0 0 0 0 0 90 40\n")).cam_from_world.at(0);
