@@ -11,8 +11,6 @@
 namespace vantage {
 namespace {
 
-constexpr double kLineRatio = 0.02;
-
 Eigen::MatrixX3d centres_of(std::span<const RigidTransform> poses) {
   Eigen::MatrixX3d rows(static_cast<Eigen::Index>(poses.size()), 3);
   for (std::size_t k = 0; k < poses.size(); ++k) rows.row(static_cast<Eigen::Index>(k)) = poses[k].centre().transpose();
@@ -48,28 +46,25 @@ RigidTransform Similarity::operator*(const RigidTransform& cam_from_world) const
   return pose;
 }
 
-Similarity align_poses(std::span<const RigidTransform> from, std::span<const RigidTransform> to) {
+Similarity align_poses(std::span<const RigidTransform> from, std::span<const RigidTransform> to,
+                       double scene_distance) {
   check(from.size() == to.size() && from.size() >= 2, "a similarity needs two poses");
   const Eigen::MatrixX3d x = centres_of(from), y = centres_of(to);
   const Eigen::RowVector3d mean_x = x.colwise().mean(), mean_y = y.colwise().mean();
   const Eigen::MatrixX3d dx = x.rowwise() - mean_x, dy = y.rowwise() - mean_y;
-  const Eigen::Vector3d spread =
-      (dy.transpose() * dy).selfadjointView<Eigen::Lower>().eigenvalues().cwiseMax(0).cwiseSqrt();
+  check(dx.norm() > 0, "a similarity needs centres that differ");
+  Eigen::Matrix3d turned = dy.norm() / dx.norm() * dy.transpose() * dx;
+  for (std::size_t k = 0; k < from.size(); ++k)
+    turned += scene_distance * scene_distance * to[k].R.transpose() * from[k].R;
   Similarity s;
-  if (spread[1] > kLineRatio * spread[2]) {
-    s.R = nearest_rotation(dy.transpose() * dx);
-    s.scale = (dy.cwiseProduct(dx * s.R.transpose())).sum() / dx.squaredNorm();
-  } else {
-    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-    for (std::size_t k = 0; k < from.size(); ++k) sum += to[k].R.transpose() * from[k].R;
-    s.R = nearest_rotation(sum);
-    s.scale = dx.norm() > 0 ? dy.norm() / dx.norm() : 1;
-  }
+  s.R = nearest_rotation(turned);
+  s.scale = (dy.cwiseProduct(dx * s.R.transpose())).sum() / dx.squaredNorm();
   s.t = mean_y.transpose() - s.scale * (s.R * mean_x.transpose());
   return s;
 }
 
-Similarity calibration_from_views(const std::vector<Anchor>& anchors, const Calibration& calibration) {
+Similarity calibration_from_views(const std::vector<Anchor>& anchors, const Calibration& calibration,
+                                  double scene_distance) {
   if (anchors.empty()) return {};
   std::vector<RigidTransform> from, to;
   for (const Anchor& anchor : anchors)
@@ -81,7 +76,7 @@ Similarity calibration_from_views(const std::vector<Anchor>& anchors, const Cali
     throw Error(ErrorKind::BadInput,
                 fmt::format("views.json: {} of {} anchors name images that have a pose, needs two or more", from.size(),
                             anchors.size()));
-  return align_poses(from, to);
+  return align_poses(from, to, scene_distance);
 }
 
 }  // namespace vantage

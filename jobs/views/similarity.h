@@ -19,13 +19,16 @@ struct Similarity {
   RigidTransform operator*(const RigidTransform& cam_from_world) const;
 };
 
-/// The similarity that brings the centres of `from` onto those of `to` (same order), least squares: Umeyama, PAMI 1991.
-/// Centres on a line (second singular value below 2 % of the first) leave a turn about it open: then the orientations
-/// give the rotation and the spread of the centres the scale. Needs two poses with different centres.
-Similarity align_poses(std::span<const RigidTransform> from, std::span<const RigidTransform> to);
+/// The similarity that brings poses `from` onto poses `to` (same order), least squares over their centres (Umeyama, PAMI
+/// 1991) and over points scene_distance (units of `to`) along their axes: that is how far off what they see would be.
+/// Centres alone tell the turn about an arc's chord by its small sagitta only. Scale and shift are by the centres, which
+/// must not all coincide.
+Similarity align_poses(std::span<const RigidTransform> from, std::span<const RigidTransform> to, double scene_distance);
 
 /// From the views' world to the calibration's. Identity without anchors. Throws Error(BadInput) when fewer than two
 /// anchors name images that have a pose; an anchor of a static camera stands for all its frames.
-Similarity calibration_from_views(const std::vector<Anchor>& anchors, const Calibration& calibration);
+/// scene_distance: from the cameras, in units of the calibration.
+Similarity calibration_from_views(const std::vector<Anchor>& anchors, const Calibration& calibration,
+                                  double scene_distance);
 
 }  // namespace vantage

@@ -108,7 +108,7 @@ class Planner {
       throw Error(ErrorKind::BadInput, fmt::format("shot.toml:{}: render '{}' names views {}, which does not exist",
                                                    request_.line, request_.name, request_.views));
     const ViewsFile file = read_views_file(path);
-    const Similarity into_calibration = calibration_from_views(file.anchors, calibration_);
+    const Similarity into_calibration = calibration_from_views(file.anchors, calibration_, navspace_.radius);
     std::vector<VirtualView> views;
     for (const ExplicitView& v : file.views) {
       VirtualView view;
