@@ -91,37 +91,58 @@ NavLocator::NavLocator(const Navspace& navspace)
   }
   used_ = ((high - low).array() > kVaries).cast<double>();
   for (const NavVertex& v : navspace.vertices) places_.push_back(scaled(v.azimuth_deg, v.elevation_deg, v.time_s));
-  for (const auto& simplex : simplices_) {
-    Cell cell{places_[static_cast<std::size_t>(simplex[0])], places_[static_cast<std::size_t>(simplex[0])]};
-    for (const int v : simplex) {
+  for (std::size_t k = 0; k < simplices_.size(); ++k) {
+    const Eigen::Vector3d& first = places_[static_cast<std::size_t>(simplices_[k][0])];
+    Cell cell{first, first, k};
+    for (const int v : simplices_[k]) {
       cell.low = cell.low.cwiseMin(places_[static_cast<std::size_t>(v)]);
       cell.high = cell.high.cwiseMax(places_[static_cast<std::size_t>(v)]);
     }
+    longest_ = std::max(longest_, cell.high.z() - cell.low.z());
     cells_.push_back(cell);
   }
+  std::stable_sort(cells_.begin(), cells_.end(), [](const Cell& a, const Cell& b) { return a.low.z() < b.low.z(); });
 }
 
 Eigen::Vector3d NavLocator::scaled(double azimuth_deg, double elevation_deg, double time_s) const {
   return used_.cwiseProduct(Eigen::Vector3d(azimuth_deg, elevation_deg, deg_per_s_ * time_s));
 }
 
-NavLocation NavLocator::locate(const NavPoint& point) const {
-  const Eigen::Vector3d p = scaled(point);
-  NavLocation best;
-  double best_distance = std::numeric_limits<double>::infinity();
-  for (std::size_t s = 0; s < simplices_.size() && best_distance > 0; ++s) {
-    const Eigen::Vector3d beyond = (cells_[s].low - p).cwiseMax(p - cells_[s].high).cwiseMax(0);
-    if (beyond.squaredNorm() >= best_distance) continue;
-    std::vector<Eigen::Vector3d> corners;
-    for (const int v : simplices_[s]) corners.push_back(places_[static_cast<std::size_t>(v)]);
-    std::vector<double> weights = nearest_weights(corners, p);
-    double distance = (place_of(corners, weights) - p).squaredNorm();
-    if (distance < 1e-16 * (1 + p.squaredNorm())) distance = 0;
-    if (distance >= best_distance) continue;
-    best_distance = distance;
-    best = {simplices_[s], std::move(weights), distance > 0};
+struct NavLocator::Best {
+  NavLocation location;
+  double distance = std::numeric_limits<double>::infinity();  ///< squared
+};
+
+void NavLocator::look_into(const Cell& cell, const Eigen::Vector3d& point, Best& best) const {
+  const Eigen::Vector3d beyond = (cell.low - point).cwiseMax(point - cell.high).cwiseMax(0);
+  if (beyond.squaredNorm() >= best.distance) return;
+  const std::vector<int>& simplex = simplices_[cell.simplex];
+  std::vector<Eigen::Vector3d> corners;
+  for (const int v : simplex) corners.push_back(places_[static_cast<std::size_t>(v)]);
+  std::vector<double> weights = nearest_weights(corners, point);
+  double distance = (place_of(corners, weights) - point).squaredNorm();
+  if (distance < 1e-16 * (1 + point.squaredNorm())) distance = 0;
+  if (distance >= best.distance) return;
+  best = {{simplex, std::move(weights), distance > 0}, distance};
+}
+
+NavLocation NavLocator::locate(const NavPoint& at) const {
+  const Eigen::Vector3d point = scaled(at);
+  const auto from = std::lower_bound(cells_.begin(), cells_.end(), point.z() - longest_,
+                                     [](const Cell& cell, double time) { return cell.low.z() < time; });
+  Best best;  // cells that may hold the moment and all later ones, as long as they may be nearer; then the earlier ones
+  for (auto cell = from; cell != cells_.end() && best.distance > 0; ++cell) {
+    const double later = std::max(0.0, cell->low.z() - point.z());
+    if (later * later >= best.distance) break;
+    look_into(*cell, point, best);
   }
-  return best;
+  for (auto cell = from; cell != cells_.begin() && best.distance > 0;) {
+    --cell;
+    const double earlier = std::max(0.0, point.z() - cell->low.z() - longest_);
+    if (earlier * earlier >= best.distance) break;
+    look_into(*cell, point, best);
+  }
+  return best.location;
 }
 
 NavLocation locate(const Navspace& navspace, const NavPoint& point) { return NavLocator(navspace).locate(point); }

@@ -22,10 +22,15 @@ class NavLocator {
 
   struct Cell {
     Eigen::Vector3d low, high;  ///< bounding box
+    std::size_t simplex = 0;
   };
+  struct Best;
+  void look_into(const Cell& cell, const Eigen::Vector3d& point, Best& best) const;
+
   std::vector<std::vector<int>> simplices_;
   std::vector<Eigen::Vector3d> places_;  ///< of the vertices
-  std::vector<Cell> cells_;
+  std::vector<Cell> cells_;              ///< by rising begin in time: a long shot's cells are not all looked into
+  double longest_ = 0;                   ///< of the cells, in time
   Eigen::Vector3d used_ = Eigen::Vector3d::Zero();  ///< 1 where an axis varies
   double deg_per_s_ = 1;
 };
