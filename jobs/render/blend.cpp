@@ -40,7 +40,7 @@ float cubic(float t) {  // Catmull-Rom
   return t < 1 ? (1.5F * t - 2.5F) * t * t + 1 : t < 2 ? ((-0.5F * t + 2.5F) * t - 4) * t + 2 : 0;
 }
 
-cv::Vec3f sample(const cv::Mat3b& bgr, const cv::Vec2f& px) {
+cv::Vec3f sample(const cv::Mat3f& bgr, const cv::Vec2f& px) {
   const float fx = px[0] - 0.5F, fy = px[1] - 0.5F;
   const int x0 = static_cast<int>(std::floor(fx)), y0 = static_cast<int>(std::floor(fy));
   std::array<float, 4> wx{}, wy{};
@@ -50,16 +50,16 @@ cv::Vec3f sample(const cv::Mat3b& bgr, const cv::Vec2f& px) {
   }
   cv::Vec3f sum(0, 0, 0);
   for (int v = 0; v < 4; ++v) {
-    const cv::Vec3b* row = bgr[std::clamp(y0 + v - 1, 0, bgr.rows - 1)];
+    const cv::Vec3f* row = bgr[std::clamp(y0 + v - 1, 0, bgr.rows - 1)];
     cv::Vec3f line(0, 0, 0);
     for (int u = 0; u < 4; ++u) {
-      const cv::Vec3b& p = row[std::clamp(x0 + u - 1, 0, bgr.cols - 1)];
+      const cv::Vec3f& p = row[std::clamp(x0 + u - 1, 0, bgr.cols - 1)];
       const float w = wx[static_cast<std::size_t>(u)];
       line += cv::Vec3f(w * p[0], w * p[1], w * p[2]);
     }
     sum += wy[static_cast<std::size_t>(v)] * line;
   }
-  return sum * (1 / 255.0F);
+  return sum;
 }
 
 /// Colours everywhere, alpha where a layer is near.
@@ -75,7 +75,7 @@ void fill_holes(ViewPicture& picture) {
 
 }  // namespace
 
-cv::Mat3f layer_colours(const cv::Mat3b& bgr, const Layer& layer) {
+cv::Mat3f layer_colours(const cv::Mat3f& bgr, const Layer& layer) {
   cv::Mat3f colours(layer.z.size(), cv::Vec3f(0, 0, 0));
   for (int y = 0; y < colours.rows; ++y)
     for (int x = 0; x < colours.cols; ++x)

@@ -15,9 +15,13 @@ std::vector<SourceImage> read_images(JobContext& context, const FramePlan& plan)
   ShotImages shot(context);
   std::vector<SourceImage> images;
   for (const PlannedImage& planned : plan.images) {
-    SourceImage image{
-        planned.id, planned.time_s, shot.pinhole(planned.id), shot.cam_from_world(planned.id), shot.bgr(planned.id), {},
-        {}};
+    SourceImage image{planned.id,
+                      planned.time_s,
+                      shot.pinhole(planned.id),
+                      shot.cam_from_world(planned.id),
+                      shot.linear_bgr(planned.id),
+                      {},
+                      {}};
     if (plan.reads_depth()) image.depth = read_depth(context.input(depth_job(planned.id)) / "depth.exr");
     images.push_back(std::move(image));
   }

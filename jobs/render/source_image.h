@@ -13,7 +13,7 @@ struct SourceImage {
   double time_s = 0;
   Pinhole pinhole;
   RigidTransform cam_from_world;
-  cv::Mat3b bgr;                 ///< undistorted, sRGB
+  cv::Mat3f bgr;                 ///< undistorted, linear light, 0–1
   DepthMap depth;                ///< empty when depth is not used
   std::map<int, FlowMap> flows;  ///< by place of the other image
 };

@@ -1,25 +1,15 @@
 #include "jobs/render/write_frame.h"
 
-#include <cmath>
-
+#include "jobs/vision/colour_space.h"
 #include "jobs/vision/maps.h"
 
 namespace vantage {
-
-float linear_from_srgb(float value) {
-  return value <= 0.04045F ? value / 12.92F : std::pow((value + 0.055F) / 1.055F, 2.4F);
-}
-float srgb_from_linear(float value) {
-  return value <= 0.0031308F ? 12.92F * value : 1.055F * std::pow(value, 1 / 2.4F) - 0.055F;
-}
 
 void write_frame_exr(const std::filesystem::path& path, const std::vector<NamedPicture>& views) {
   std::vector<ExrPart> parts;
   for (const NamedPicture& v : views) {
     std::vector<cv::Mat1f> channels;
     cv::split(v.picture.bgr, channels);
-    for (cv::Mat1f& channel : channels)
-      for (float& value : channel) value = linear_from_srgb(value);
     parts.push_back({.view = v.view,
                      .channels = {{"B", to_plane(channels[0])},
                                   {"G", to_plane(channels[1])},
@@ -34,13 +24,10 @@ void write_frame_exr(const std::filesystem::path& path, const std::vector<NamedP
 cv::Mat frame_png(const std::vector<NamedPicture>& views) {
   std::vector<cv::Mat> pictures;
   for (const NamedPicture& v : views) {
-    cv::Mat4b picture(v.picture.bgr.size());
-    for (int y = 0; y < picture.rows; ++y)
-      for (int x = 0; x < picture.cols; ++x) {
-        const cv::Vec3f& c = v.picture.bgr(y, x);
-        picture(y, x) = {cv::saturate_cast<uchar>(c[0] * 255), cv::saturate_cast<uchar>(c[1] * 255),
-                         cv::saturate_cast<uchar>(c[2] * 255), cv::saturate_cast<uchar>(v.picture.alpha(y, x) * 255)};
-      }
+    cv::Mat1b alpha;
+    v.picture.alpha.convertTo(alpha, CV_8U, 255);
+    cv::Mat picture;
+    cv::merge(std::vector<cv::Mat>{srgb8_from_linear(v.picture.bgr), alpha}, picture);
     pictures.push_back(picture);
   }
   cv::Mat all;

@@ -7,10 +7,6 @@
 
 namespace vantage {
 
-/// IEC 61966-2-1: sRGB value (0–1) to linear light and back.
-float linear_from_srgb(float value);
-float srgb_from_linear(float value);
-
 struct NamedPicture {
   std::string view;  ///< "", "left" or "right"
   ViewPicture picture;

@@ -3,8 +3,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "jobs/vision/camera_mask.h"
+#include "jobs/vision/colour_space.h"
 #include "schema/base/error.h"
-#include "schema/formats/colour.h"
 
 namespace vantage {
 
@@ -20,11 +20,17 @@ cv::Mat3b levels_of(const CameraColour& colour) {
   return levels;
 }
 
+cv::Mat read_as(const std::filesystem::path& path, int how) {
+  cv::Mat picture = cv::imread(path.string(), how);
+  if (picture.empty()) throw Error(ErrorKind::Transient, path.string() + ": cannot read the picture");
+  return picture;
+}
+
 }  // namespace
 
 ShotImages::ShotImages(const JobContext& context)
     : context_(context), calibration_(read_calibration(context.input("calibrate"))) {
-  for (const CameraColour& colour : read_colours(context.input("calibrate"))) levels_[colour.name] = levels_of(colour);
+  for (const CameraColour& colour : read_colours(context.input("calibrate"))) looks_[colour.name] = colour;
   if (context.has_input("align")) clocks_ = read_clocks(context.input("align"));
 }
 
@@ -43,8 +49,15 @@ const Undistorter& ShotImages::undistorter(const std::string& camera) {
 
 cv::Mat ShotImages::bgr(const ImageId& image) {
   cv::Mat bgr = read_picture(frame_path(context_.input("ingest/" + image.camera), image.frame));
-  if (const auto levels = levels_.find(image.camera); levels != levels_.end()) cv::LUT(bgr, levels->second, bgr);
+  if (const auto look = looks_.find(image.camera); look != looks_.end()) cv::LUT(bgr, levels_of(look->second), bgr);
   return undistorter(image.camera).apply(bgr);
+}
+
+cv::Mat3f ShotImages::linear_bgr(const ImageId& image) {
+  const cv::Mat levels = read_deep_picture(frame_path(context_.input("ingest/" + image.camera), image.frame));
+  const auto look = looks_.find(image.camera);
+  return undistorter(image.camera)
+      .apply(look == looks_.end() ? linear_from_srgb(levels) : linear_from_srgb(levels, look->second));
 }
 
 cv::Mat1b ShotImages::mask(const ImageId& image) {
@@ -58,10 +71,9 @@ double ShotImages::time_s(const ImageId& image) {
   return clock->shot_time_s(table(image.camera).pts_s.at(static_cast<std::size_t>(image.frame)));
 }
 
-cv::Mat read_picture(const std::filesystem::path& path) {
-  cv::Mat picture = cv::imread(path.string(), cv::IMREAD_COLOR);
-  if (picture.empty()) throw Error(ErrorKind::Transient, path.string() + ": cannot read the picture");
-  return picture;
+cv::Mat read_picture(const std::filesystem::path& path) { return read_as(path, cv::IMREAD_COLOR); }
+cv::Mat read_deep_picture(const std::filesystem::path& path) {
+  return read_as(path, cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH);
 }
 
 void write_picture(const std::filesystem::path& path, const cv::Mat& picture) {

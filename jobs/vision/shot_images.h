@@ -6,6 +6,7 @@
 #include "jobs/vision/undistort.h"
 #include "schema/formats/calibration.h"
 #include "schema/formats/clocks.h"
+#include "schema/formats/colour.h"
 #include "schema/formats/frame_table.h"
 
 namespace vantage {
@@ -21,6 +22,9 @@ class ShotImages {
   /// Undistorted, 8-bit BGR, in the look that all cameras share (schema/formats/colour.h) when the calibration has one.
   /// Read anew every time: keep it.
   cv::Mat bgr(const ImageId& image);
+  /// Like bgr() in linear light, 0–1 and, where the shared look brightens, above: frames of 8 or 16 bits, never rounded
+  /// on the way.
+  cv::Mat3f linear_bgr(const ImageId& image);
   /// Undistorted like bgr(): 255 where a pixel counts; empty when the job looks at no mask of that camera.
   cv::Mat1b mask(const ImageId& image);
   double time_s(const ImageId& image);
@@ -34,11 +38,13 @@ class ShotImages {
   Clocks clocks_;
   std::map<std::string, FrameTable> tables_;
   std::map<std::string, Undistorter> undistorters_;
-  std::map<std::string, cv::Mat3b> levels_;  ///< by camera; none when pictures stay as filmed
+  std::map<std::string, CameraColour> looks_;  ///< by camera; none when pictures stay as filmed
 };
 
-/// A picture file as 8-bit BGR. Throws Error(Transient) when it cannot be read.
+/// A picture file as 8-bit BGR, and with as many bits as it has (8 or 16). Throws Error(Transient) when it cannot be
+/// read.
 cv::Mat read_picture(const std::filesystem::path& path);
+cv::Mat read_deep_picture(const std::filesystem::path& path);
 /// 8-bit PNG, or JPEG by the file's suffix. Throws Error(Resource).
 void write_picture(const std::filesystem::path& path, const cv::Mat& picture);
 

@@ -13,7 +13,7 @@ Pinhole undistorted_pinhole(const LensModel& lens);
 class Undistorter {
  public:
   explicit Undistorter(const CameraModel& camera);
-  /// bgr: 8-bit, in the footage's pixels. Returns the same size as camera.pinhole.
+  /// bgr: 8 or 16 bits or float, in the footage's pixels. Returns the same size as camera.pinhole.
   cv::Mat apply(const cv::Mat& bgr) const;
   /// mask: 0 or 255, in the footage's pixels; what the lens did not see is 0.
   cv::Mat1b apply_mask(const cv::Mat1b& mask) const;

@@ -31,6 +31,15 @@ TEST(ShotImages, PicturesComeInTheLookThatTheCamerasShare) {
   EXPECT_NEAR(linear_of_level(pixel[2]), 2 * linear_of_level(150), 0.005);
   EXPECT_EQ(pixel[1], 100);
   EXPECT_NEAR(linear_of_level(pixel[0]), 0.5 * linear_of_level(50), 0.001);
+  const cv::Vec3f linear = ShotImages(context).linear_bgr({"left", 0})(3, 3);
+  EXPECT_NEAR(linear[2], 2 * linear_of_level(150), 1e-6);
+  EXPECT_NEAR(linear[1], linear_of_level(100), 1e-6);
+
+  write_picture(frame_path(ingest, 0), cv::Mat(64, 64, CV_16UC3, cv::Scalar(50 * 257 + 64, 100 * 257, 65535)));
+  const cv::Vec3f deep = ShotImages(context).linear_bgr({"left", 0})(3, 3);
+  EXPECT_NEAR(deep[0], 0.5 * linear_of_level(50 + 64 / 257.0), 1e-6);
+  EXPECT_NEAR(deep[1], linear_of_level(100), 1e-6);
+  EXPECT_NEAR(deep[2], 2, 1e-6) << "brighter than white is not cut off before it is blended";
 }
 
 }  // namespace
