@@ -10,6 +10,7 @@
 
 #include "jobs/navspace/columns.h"
 #include "jobs/navspace/delaunay.h"
+#include "jobs/navspace/ring.h"
 #include "schema/base/error.h"
 #include "schema/base/median.h"
 
@@ -24,8 +25,9 @@ using Simplices = std::vector<std::vector<int>>;
 class Joiner {
  public:
   Joiner(Navspace& navspace, const NavspaceOptions& options) : nav_(navspace), options_(options) {
+    report_.ring = close_ring(navspace);
     for (std::size_t v = 0; v < nav_.vertices.size(); ++v) {
-      if (v == 0 || nav_.vertices[v].image.camera != nav_.vertices[v - 1].image.camera) columns_.emplace_back();
+      if (v == 0 || begins_column(v)) columns_.emplace_back();
       columns_.back().push_back(static_cast<int>(v));
     }
     if (columns_.size() < 2)
@@ -65,6 +67,12 @@ class Joiner {
  private:
   NavVertex& vertex(int v) { return nav_.vertices[static_cast<std::size_t>(v)]; }
 
+  /// Another camera, or the same one again on the other side of a ring's seam.
+  bool begins_column(std::size_t v) const {
+    const NavVertex &now = nav_.vertices[v], &before = nav_.vertices[v - 1];
+    return now.image.camera != before.image.camera || now.azimuth_deg > before.azimuth_deg + 180;
+  }
+
   double spread(double NavVertex::*value) const {
     const auto [low, high] = std::minmax_element(nav_.vertices.begin(), nav_.vertices.end(),
                                                  [&](const auto& a, const auto& b) { return a.*value < b.*value; });
@@ -96,12 +104,12 @@ class Joiner {
           std::minmax_element(means_.begin(), means_.end(), [&](auto& p, auto& q) { return p.*value < q.*value; });
       return *b.*value - *a.*value;
     };
-    const bool level = extent(&Place::x) >= extent(&Place::y);
-    double NavVertex::*const fixed = level ? &NavVertex::elevation_deg : &NavVertex::azimuth_deg;
+    level_ = extent(&Place::x) >= extent(&Place::y);
+    double NavVertex::*const fixed = level_ ? &NavVertex::elevation_deg : &NavVertex::azimuth_deg;
     double mean = 0;
-    for (const Place& p : means_) mean += (level ? p.y : p.x) / static_cast<double>(means_.size());
+    for (const Place& p : means_) mean += (level_ ? p.y : p.x) / static_cast<double>(means_.size());
     for (NavVertex& v : nav_.vertices) v.*fixed = mean;
-    for (Place& p : means_) p = {level ? p.x : p.y, 0};
+    for (Place& p : means_) p = {level_ ? p.x : p.y, 0};
   }
 
   std::vector<int> cameras_in_order() const {
@@ -143,16 +151,52 @@ class Joiner {
       for (const int v : column) times_s.back().push_back(vertex(v).time_s);
     }
     const Simplices base = base_cells();
-    for (const auto& cell : base)
-      for (const ColumnSimplex& simplex : sweep(cell, times_s)) {
-        nav_.simplices.emplace_back();
-        for (const ColumnImage& image : simplex)
-          nav_.simplices.back().push_back(
-              columns_[static_cast<std::size_t>(image.camera)][static_cast<std::size_t>(image.number)]);
-      }
-    if (!columns_stand_still()) return;
-    add_fill(base, times_s, false);
-    add_fill(base, times_s, true);
+    for (const auto& cell : base) {
+      const Simplices swept = swept_cells(cell, times_s);
+      report_.crossing = report_.crossing || turns_over(swept);
+      nav_.simplices.insert(nav_.simplices.end(), swept.begin(), swept.end());
+    }
+    if (report_.crossing)
+      join_delaunay();
+    else if (columns_stand_still() && !report_.ring) {  // a ring has no hull at its seam
+      add_fill(base, times_s, false);
+      add_fill(base, times_s, true);
+    }
+  }
+
+  Simplices swept_cells(const std::vector<int>& base_cell, const ColumnTimes& times_s) const {
+    Simplices cells;
+    for (const ColumnSimplex& simplex : sweep(base_cell, times_s)) {
+      cells.emplace_back();
+      for (const ColumnImage& image : simplex)
+        cells.back().push_back(
+            columns_[static_cast<std::size_t>(image.camera)][static_cast<std::size_t>(image.number)]);
+    }
+    return cells;
+  }
+
+  /// Whether held cameras move past each other, or almost: the front of a swept base cell turns over or loses most of
+  /// its size, and cells overlap. cells: of one base cell; all corners but the last are the front.
+  bool turns_over(const Simplices& cells) const {
+    constexpr double kLeastSize = 0.2;  // of the mean
+    double mean = 0, smallest = 1e300, largest = -1e300;
+    for (const auto& cell : cells) {
+      const double size = cell.size() == 3 ? across(cell[0], cell[1]).x()
+                                           : across(cell[0], cell[1]).x() * across(cell[0], cell[2]).y() -
+                                                 across(cell[0], cell[1]).y() * across(cell[0], cell[2]).x();
+      mean += size / static_cast<double>(cells.size());
+      smallest = std::min(smallest, size);
+      largest = std::max(largest, size);
+    }
+    return !cells.empty() && (mean > 0 ? smallest < kLeastSize * mean : largest > kLeastSize * mean);
+  }
+
+  /// From one vertex to another, degrees; the angle that counts on an arc comes first.
+  Eigen::Vector2d across(int from, int to) const {
+    const NavVertex &a = nav_.vertices[static_cast<std::size_t>(from)],
+                    &b = nav_.vertices[static_cast<std::size_t>(to)];
+    const Eigen::Vector2d angles(b.azimuth_deg - a.azimuth_deg, b.elevation_deg - a.elevation_deg);
+    return report_.arc && !level_ ? Eigen::Vector2d(angles.reverse()) : angles;
   }
 
   /// Cameras that start late or end early leave dents in the hull.
@@ -252,6 +296,7 @@ class Joiner {
   NavspaceReport report_;
   std::vector<std::vector<int>> columns_;  ///< vertices of each camera by time
   std::vector<Place> means_;               ///< mean direction of each camera
+  bool level_ = true;                      ///< an arc's cameras differ in azimuth rather than in elevation
 };
 
 }  // namespace

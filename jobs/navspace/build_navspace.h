@@ -6,8 +6,10 @@ namespace vantage {
 /// How the vertices of a navigation space vary, and how they were joined.
 struct NavspaceReport {
   bool arc = false;     ///< the cameras' directions lie (nearly) on a line: one angle counts, the other was made equal
+  bool ring = false;    ///< cameras stand all around: images at the seam are vertices twice, a turn apart
   bool frozen = false;  ///< all images are of one moment
   std::string cells;    ///< "columns", "delaunay" or "chain"
+  bool crossing = false;       ///< cameras moved past each other: columns would overlap, so it became "delaunay"
   std::size_t num_unused = 0;  ///< vertices in no simplex
 };
 

@@ -19,7 +19,7 @@ struct NavspaceJob {
   };
   static KindSpec spec() {
     return {.name = "navspace",
-            .version = 1,
+            .version = 2,
             .reads = "calibration, clocks, frame tables",
             .publishes = "vertices, simplices, edges"};
   }

@@ -59,9 +59,12 @@ void tell(JobContext& context, const Navspace& navspace, const NavspaceReport& r
   context.figure("vertices", navspace.vertices.size());
   context.figure("simplices", navspace.simplices.size());
   context.figure("edges", navspace.edges.size());
-  context.figure("shape", std::string(report.arc ? "arc" : "surface") + (report.frozen ? ", one moment" : ", time"));
+  context.figure("shape", std::string(report.ring ? "ring, " : "") + (report.arc ? "arc" : "surface") +
+                              (report.frozen ? ", one moment" : ", time"));
   context.figure("cells", report.cells);
   context.figure("radius", navspace.radius);
+  if (report.crossing)
+    context.warn("cameras moved past each other: the space is a Delaunay triangulation of all images, with more edges");
   if (report.num_unused > 0)
     context.warn(fmt::format("{} images lie in no cell of the navigation space", report.num_unused));
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "schema/base/error.h"
 
@@ -89,6 +90,10 @@ NavLocator::NavLocator(const Navspace& navspace)
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
   }
+  middle_deg_ = 0.5 * (low.x() + high.x());
+  std::map<ImageId, int> vertex_of;
+  for (std::size_t v = 0; v < navspace.vertices.size(); ++v)
+    first_of_.push_back(vertex_of.emplace(navspace.vertices[v].image, static_cast<int>(v)).first->second);
   used_ = ((high - low).array() > kVaries).cast<double>();
   for (const NavVertex& v : navspace.vertices) places_.push_back(scaled(v.azimuth_deg, v.elevation_deg, v.time_s));
   for (std::size_t k = 0; k < simplices_.size(); ++k) {
@@ -127,7 +132,8 @@ void NavLocator::look_into(const Cell& cell, const Eigen::Vector3d& point, Best&
 }
 
 NavLocation NavLocator::locate(const NavPoint& at) const {
-  const Eigen::Vector3d point = scaled(at);
+  const double turns = std::round((at.azimuth_deg - middle_deg_) / 360);
+  const Eigen::Vector3d point = scaled({at.azimuth_deg - 360 * turns, at.elevation_deg, at.time_s});
   const auto from = std::lower_bound(cells_.begin(), cells_.end(), point.z() - longest_,
                                      [](const Cell& cell, double time) { return cell.low.z() < time; });
   Best best;  // cells that may hold the moment and all later ones, as long as they may be nearer; then the earlier ones
@@ -142,6 +148,7 @@ NavLocation NavLocator::locate(const NavPoint& at) const {
     if (earlier * earlier >= best.distance) break;
     look_into(*cell, point, best);
   }
+  for (int& v : best.location.vertices) v = first_of_[static_cast<std::size_t>(v)];
   return best.location;
 }
 

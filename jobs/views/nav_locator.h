@@ -10,9 +10,10 @@ namespace vantage {
 class NavLocator {
  public:
   explicit NavLocator(const Navspace& navspace);
-  /// The cell that holds the point; outside the hull, the nearest place inside. Coordinates that do not vary over the
-  /// vertices (elevation on an arc, time of a frozen moment) are ignored. Two cells that share a facet give the same
-  /// weights on it.
+  /// The cell that holds the point; outside the hull, the nearest place inside. Azimuths a turn apart are the same
+  /// place, and of an image that closes a ring the vertex that was there first is told. Coordinates that do not vary
+  /// over the vertices (elevation on an arc, time of a frozen moment) are ignored. Two cells that share a facet give
+  /// the same weights on it.
   NavLocation locate(const NavPoint& point) const;
 
  private:
@@ -30,6 +31,8 @@ class NavLocator {
   std::vector<std::vector<int>> simplices_;
   std::vector<Eigen::Vector3d> places_;  ///< of the vertices
   std::vector<Cell> cells_;              ///< by rising begin in time: a long shot's cells are not all looked into
+  std::vector<int> first_of_;            ///< vertex: the first one of the same image
+  double middle_deg_ = 0;                ///< of the azimuths
   double longest_ = 0;                   ///< of the cells, in time
   Eigen::Vector3d used_ = Eigen::Vector3d::Zero();  ///< 1 where an axis varies
   double deg_per_s_ = 1;

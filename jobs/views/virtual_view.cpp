@@ -94,7 +94,9 @@ class Planner {
     for (std::size_t k = 0; k < location.vertices.size(); ++k) {
       const auto v = static_cast<std::size_t>(location.vertices[k]);
       const double w = location.weights[k];
-      place.azimuth_deg += w * recorded_[v].azimuth_deg;
+      const double first_deg = recorded_[static_cast<std::size_t>(location.vertices[0])].azimuth_deg;
+      const double turns = std::round((first_deg - recorded_[v].azimuth_deg) / 360);  // across a ring's seam
+      place.azimuth_deg += w * (recorded_[v].azimuth_deg + 360 * turns);
       place.elevation_deg += w * recorded_[v].elevation_deg;
       place.radius += w * recorded_[v].radius;
       time_s += w * navspace_.vertices[v].time_s;

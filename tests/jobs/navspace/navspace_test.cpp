@@ -12,6 +12,7 @@
 #include "jobs/navspace/sphere_frame.h"
 #include "jobs/views/nav_locator.h"
 #include "jobs/views/sphere.h"
+#include "tests/support/temporary_folder.h"
 
 namespace vantage {
 namespace {
@@ -153,6 +154,73 @@ TEST(Navspace, CellsOfAnArcSpanNoMoreThanOneImageInterval) {
         std::abs(n.vertices[static_cast<std::size_t>(s[0])].time_s - n.vertices[static_cast<std::size_t>(s[1])].time_s),
         1 / 23.0);
   }
+}
+
+/// Cameras all around, every 30 degrees from -165; elevations may differ by row.
+Navspace ring_space(bool level) {
+  std::vector<Camera> cameras;
+  for (int c = 0; c < 12; ++c)
+    cameras.push_back({30.0 * c - 165, level ? 0 : c % 2 == 0 ? 0.0 : 20.0, 0.003 * c, 30, 4});
+  return space_of(cameras);
+}
+
+TEST(Navspace, RingIsClosedAcrossItsSeam) {
+  for (const bool level : {true, false}) {
+    Navspace joined = ring_space(level);
+    EXPECT_TRUE(join_vertices(joined, {}).ring);
+    const TemporaryFolder folder;
+    write_navspace(folder.path() / "navspace.json", joined);
+    const Navspace n = read_navspace(folder.path());
+    const int num_images = 12 * 4;
+    for (const auto& [i, k] : n.edges) {
+      EXPECT_LT(i, k);
+      EXPECT_LT(k, num_images);
+    }
+    const NavLocator locator(n);
+    for (const double azimuth : {-180.0, 180.0, 175.0, 539.0}) {
+      const NavLocation at = locator.locate({azimuth, 10, 0.05});
+      EXPECT_EQ(at.outside, false) << azimuth;
+      std::set<std::string> cameras;
+      for (const int v : at.vertices) {
+        ASSERT_LT(v, num_images);
+        cameras.insert(n.vertices[static_cast<std::size_t>(v)].image.camera);
+      }
+      EXPECT_TRUE(cameras.contains("cam0") || cameras.contains("cam1")) << azimuth;
+      EXPECT_TRUE(cameras.contains("cam11") || cameras.contains("cam10")) << azimuth;
+    }
+    const NavLocation before = locator.locate({179.9999999, 10, 0.05}),
+                      after = locator.locate({-179.9999999, 10, 0.05});
+    std::map<int, double> difference;
+    for (std::size_t k = 0; k < before.vertices.size(); ++k) difference[before.vertices[k]] += before.weights[k];
+    for (std::size_t k = 0; k < after.vertices.size(); ++k) difference[after.vertices[k]] -= after.weights[k];
+    for (const auto& [vertex, weight] : difference) EXPECT_NEAR(weight, 0, 1e-6) << vertex;
+  }
+}
+
+TEST(Navspace, CamerasWithAWideGapAreNoRing) {
+  std::vector<Camera> cameras;
+  for (int c = 0; c < 11; ++c) cameras.push_back({30.0 * c - 165, 0, 0, 30, 4});  // 60 degrees are missing
+  Navspace n = space_of(cameras);
+  EXPECT_FALSE(join_vertices(n, {}).ring);
+  EXPECT_EQ(n.vertices.size(), 44U);
+}
+
+/// Two held cameras of an arc that change places: columns would overlap.
+TEST(Navspace, CamerasThatPassEachOtherBecomeDelaunayCells) {
+  Navspace n = space_of({{-10, 0, 0, 30, 9}, {0, 0, 0.01, 30, 9}, {10, 0, 0.02, 30, 9}});
+  for (NavVertex& v : n.vertices)
+    if (v.image.camera == "cam1") v.azimuth_deg = -6 + 3.0 * v.image.frame;  // -6 to 18: past cam2
+  const NavspaceReport report = join_vertices(n, {});
+  EXPECT_TRUE(report.crossing);
+  EXPECT_NEAR(total_volume(n, 2) / hull_volume(n, 2), 1, 1e-9);
+}
+
+TEST(Navspace, HeldCamerasThatKeepTheirPlacesStayColumns) {
+  Navspace n = space_of({{-10, 0, 0, 30, 9}, {0, 0, 0.01, 30, 9}, {10, 0, 0.02, 30, 9}});
+  for (NavVertex& v : n.vertices) v.azimuth_deg += std::sin(v.image.frame + v.azimuth_deg);
+  const NavspaceReport report = join_vertices(n, {});
+  EXPECT_FALSE(report.crossing);
+  EXPECT_EQ(report.cells, "columns");
 }
 
 TEST(Navspace, OneMomentOfManyCamerasIsTriangles) {
