@@ -6,6 +6,7 @@
 
 #include "jobs/correspond/dis_flow.h"
 #include "jobs/correspond/fuse_flow.h"
+#include "jobs/correspond/settle_flow.h"
 
 namespace vantage {
 namespace {
@@ -40,28 +41,30 @@ FlowPair fixed_camera_flow(const cv::Mat1b& a, const cv::Mat1b& b, const MatchOp
   return fuse_flows(a, b, still, search(a, b, {}), {.consistent_px = options.consistent_px, .return_by_search = true});
 }
 
-FlowPair static_scene_flow(const cv::Mat1b& a, const cv::Mat1b& b, const FlowPair& stereo,
+FlowPair static_scene_flow(const PosedPicture& a, const PosedPicture& b, const FlowPair& stereo,
                            const MatchOptions& options) {
-  FlowPair flow = fuse_flows(a, b, stereo, search(a, b, stereo), {.consistent_px = options.consistent_px});
-  refine_flow(a, b, flow.a_to_b);
-  refine_flow(b, a, flow.b_to_a);
+  const FlowPair searched = search(a.grey, b.grey, stereo);
+  FlowPair flow = fuse_flows(a.grey, b.grey, stereo, searched, {.consistent_px = options.consistent_px});
+  refine_flow(a.grey, b.grey, flow.a_to_b);
+  refine_flow(b.grey, a.grey, flow.b_to_a);
+  settle_on_lines(a, b, options.consistent_px, flow);
   return flow;
 }
 
 }  // namespace
 
 ImageMatch match_images(const PosedPicture& a, const PosedPicture& b, const MatchOptions& options) {
-  const cv::Mat1b levelled = with_levels_of(a.grey, b.grey);
+  const PosedPicture levelled{with_levels_of(a.grey, b.grey), b.pinhole, b.cam_from_world};
   ImageMatch match;
   FlowPair flow;
   if (same_view(a, b)) {
     match.model = ImageMatch::Model::FixedCamera;
-    flow = fixed_camera_flow(a.grey, levelled, options);
+    flow = fixed_camera_flow(a.grey, levelled.grey, options);
   } else if (FlowPair stereo; stereo_flow(a, b, options.stereo, stereo)) {
     match.model = ImageMatch::Model::StaticScene;
-    flow = static_scene_flow(a.grey, levelled, stereo, options);
+    flow = static_scene_flow(a, levelled, stereo, options);
   } else {
-    flow = search(a.grey, levelled, {});
+    flow = search(a.grey, levelled.grey, {});
   }
   match.forward = {flow.a_to_b, confidence(flow.a_to_b, flow.b_to_a, options.consistent_px)};
   match.backward = {flow.b_to_a, confidence(flow.b_to_a, flow.a_to_b, options.consistent_px)};

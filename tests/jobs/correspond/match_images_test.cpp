@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 #include <vector>
@@ -84,11 +85,21 @@ TEST(MatchImages, StaticSceneFromTwoPlacesIsMatchedToAFractionOfAPixelBothWays) 
   EXPECT_EQ(match.model, ImageMatch::Model::StaticScene);
   const Errors forward = errors(match.forward, p.ab, everything(p.a)),
                backward = errors(match.backward, p.ba, everything(p.b));
-  EXPECT_LT(forward.median_px, 0.3);
-  EXPECT_LT(backward.median_px, 0.3);
+  EXPECT_LT(forward.median_px, 0.15);
+  EXPECT_LT(backward.median_px, 0.15);
   EXPECT_LT(forward.over_3px_percent, 4);
   EXPECT_LT(backward.over_3px_percent, 4);
   EXPECT_LT(median_epipolar_residual_px(match, p.posed_a, p.posed_b), 0.15);
+}
+
+TEST(MatchImages, PosesThatAreOffByHalfAPixelCostLittle) {
+  Pair p = neighbours(false, 0.3);
+  const double off_rad = 0.5 / p.posed_b.pinhole.fy;
+  p.posed_b.cam_from_world.R = Eigen::AngleAxisd(off_rad, Eigen::Vector3d::UnitX()) * p.posed_b.cam_from_world.R;
+  p.posed_b.cam_from_world.t = Eigen::AngleAxisd(off_rad, Eigen::Vector3d::UnitX()) * p.posed_b.cam_from_world.t;
+  const ImageMatch match = match_images(p.posed_a, p.posed_b, {});
+  EXPECT_LT(errors(match.forward, p.ab, everything(p.a)).median_px, 0.2);
+  EXPECT_LT(errors(match.backward, p.ba, everything(p.b)).median_px, 0.2);
 }
 
 TEST(MatchImages, HiddenSurfacesHaveNoConfidenceAndMostOthersHave) {
