@@ -14,8 +14,8 @@ namespace vantage {
 class Footage {
  public:
   virtual ~Footage() = default;
-  /// 8-bit BGR, upright, pixels square; empty at the end. All are of one size, at least kMinSidePx.
-  /// Throws Error(BadInput) naming the file.
+  /// BGR of 8 bits, or 16 of deeper footage; upright, pixels square; empty at the end. All are of one size, at least
+  /// kMinSidePx. Throws Error(BadInput) naming the file.
   virtual cv::Mat next() = 0;
   /// Number of frames that the file says it has; may be wrong, 0 when it does not say.
   virtual int num_promised() const = 0;
@@ -41,7 +41,8 @@ constexpr double kDefaultStillsFps = 1;
 std::unique_ptr<Footage> open_stills(std::vector<std::filesystem::path> files, std::optional<double> declared_fps);
 std::unique_ptr<Footage> open_video(const std::filesystem::path& file, const std::filesystem::path& scratch);
 
-/// One still as 8-bit BGR; EXR is linear light and becomes sRGB. Throws Error(BadInput).
+/// One still as BGR of 8 or 16 bits. EXR and floating-point TIFF are linear light and become sRGB of 16 bits, brighter
+/// than 1 is clipped. Throws Error(BadInput).
 cv::Mat read_still(const std::filesystem::path& file);
 
 }  // namespace vantage

@@ -16,7 +16,7 @@ struct IngestJob {
   };
   static KindSpec spec() {
     return {.name = "ingest",
-            .version = 2,
+            .version = 3,
             .reads = "footage",
             .publishes = "frame table with time stamps, frames, audio envelope",
             .programs = "ffmpeg ffprobe"};

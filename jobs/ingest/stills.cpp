@@ -7,6 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "jobs/ingest/footage.h"
+#include "jobs/vision/colour_space.h"
 #include "schema/base/error.h"
 #include "schema/formats/exr.h"
 
@@ -18,13 +19,6 @@ namespace {
   throw Error(ErrorKind::BadInput, fmt::format("{}: {}", file.string(), what));
 }
 
-/// IEC 61966-2-1.
-uchar srgb_of_linear(float linear) {
-  const float v = std::clamp(linear, 0.0F, 1.0F);
-  const float encoded = v <= 0.0031308F ? 12.92F * v : 1.055F * std::pow(v, 1 / 2.4F) - 0.055F;
-  return static_cast<uchar>(std::lround(255 * encoded));
-}
-
 cv::Mat read_exr_still(const fs::path& file) {
   const Channels channels = read_exr(file);
   const bool is_grey = channels.contains("Y");
@@ -34,27 +28,15 @@ cv::Mat read_exr_still(const fs::path& file) {
     if (found == channels.end()) fail(file, fmt::format("has no channel {}, expected R, G and B, or Y", name));
     bgr.push_back(&found->second);
   }
-  cv::Mat out(bgr[0]->height, bgr[0]->width, CV_8UC3);
-  for (std::size_t i = 0; i < out.total(); ++i)
-    for (int c = 0; c < 3; ++c)
-      out.ptr<cv::Vec3b>()[i][c] = srgb_of_linear(bgr[static_cast<std::size_t>(c)]->values[i]);
-  return out;
+  cv::Mat3f linear(bgr[0]->height, bgr[0]->width);
+  for (std::size_t i = 0; i < linear.total(); ++i)
+    for (int c = 0; c < 3; ++c) linear.ptr<cv::Vec3f>()[i][c] = bgr[static_cast<std::size_t>(c)]->values[i];
+  return srgb16_from_linear(linear);
 }
 
 bool is_exr(const fs::path& file) {
   const std::string suffix = file.extension().string();
   return suffix == ".exr" || suffix == ".EXR";
-}
-
-/// Of a PNG from its header (PNG 1.2, §11.2.2: the byte behind width and height), of a TIFF from the picture as it is;
-/// the others have 8, EXR is meant to lose its range.
-int bits_of(const fs::path& file) {
-  std::array<unsigned char, 25> head{};
-  std::ifstream(file, std::ios::binary).read(reinterpret_cast<char*>(head.data()), head.size());
-  if (head[1] == 'P' && head[2] == 'N' && head[3] == 'G') return head[24];
-  const bool is_tiff = (head[0] == 'I' && head[1] == 'I') || (head[0] == 'M' && head[1] == 'M');
-  if (!is_tiff) return 8;
-  return static_cast<int>(8 * cv::imread(file.string(), cv::IMREAD_UNCHANGED).elemSize1());
 }
 
 class Stills : public Footage {
@@ -65,8 +47,7 @@ class Stills : public Footage {
     if (index_ == files_.size()) return {};
     const fs::path& file = files_[index_++];
     cv::Mat bgr = read_still(file);
-    max_bits_ = std::max(max_bits_, bits_of(file));
-    if (size_.empty()) size_ = bgr.size();
+    if (size_.empty()) size_ = bgr.size(), bits_ = static_cast<int>(8 * bgr.elemSize1());
     if (bgr.size() != size_)
       fail(file, fmt::format("is {}x{} px, expected {}x{} px as the pictures before it", bgr.cols, bgr.rows,
                              size_.width, size_.height));
@@ -85,19 +66,16 @@ class Stills : public Footage {
     return out;
   }
 
-  std::vector<std::string> warnings() const override {
-    if (max_bits_ <= 8) return {};
-    return {fmt::format("footage has {} bits per channel: pictures are kept with 8", max_bits_)};
-  }
+  std::vector<std::string> warnings() const override { return {}; }
   std::string description() const override {
-    return fmt::format("stills ({}), {} bit", files_[0].extension().string(), max_bits_);
+    return fmt::format("stills ({}), {} bit", files_[0].extension().string(), bits_);
   }
 
  private:
   std::vector<fs::path> files_;
   double fps_;
   std::size_t index_ = 0;
-  int max_bits_ = 8;
+  int bits_ = 8;
   cv::Size size_;
 };
 
@@ -106,7 +84,8 @@ class Stills : public Footage {
 cv::Mat read_still(const fs::path& file) {
   if (!fs::exists(file)) fail(file, "does not exist");
   if (fs::file_size(file) == 0) fail(file, "is empty (0 bytes), expected a picture");
-  cv::Mat bgr = is_exr(file) ? read_exr_still(file) : cv::imread(file.string(), cv::IMREAD_COLOR);
+  cv::Mat bgr = is_exr(file) ? read_exr_still(file) : cv::imread(file.string(), cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH);
+  if (bgr.depth() == CV_32F) bgr = srgb16_from_linear(bgr);
   if (bgr.empty()) fail(file, "is not a picture that OpenCV can read");
   if (std::min(bgr.cols, bgr.rows) < kMinSidePx)
     fail(file, fmt::format("is {}x{} px, expected at least {}x{}", bgr.cols, bgr.rows, kMinSidePx, kMinSidePx));

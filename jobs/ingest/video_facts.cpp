@@ -109,7 +109,6 @@ std::vector<std::string> VideoFacts::warnings() const {
         fmt::format("pixels of the footage are not square ({} wide to high): pictures are stretched until "
                     "they are",
                     pixel_aspect));
-  if (bits > 8) out.push_back(fmt::format("footage has {} bits per channel: pictures are kept with 8", bits));
   if (transfer == "smpte2084" || transfer == "arib-std-b67")
     out.push_back(fmt::format("footage is HDR ({}): its values are kept as they are, without tone mapping",
                               transfer == "smpte2084" ? "PQ" : "HLG"));

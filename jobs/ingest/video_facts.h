@@ -21,8 +21,7 @@ struct VideoFacts {
   /// The matrix to use: as told; untold, BT.709 for HD and larger (720 lines, or wider than 1024), else BT.601, the
   /// rule of players.
   std::string matrix_used() const;
-  /// Sentences on what is done to these pictures and what is lost: interlaced, pixels not square, more than 8 bits,
-  /// HDR.
+  /// Sentences on what is done to these pictures and what is lost: interlaced, pixels not square, HDR.
   std::vector<std::string> warnings() const;
 };
 

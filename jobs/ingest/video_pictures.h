@@ -17,7 +17,7 @@ class VideoPictures {
   VideoPictures(const std::filesystem::path& video, const VideoFacts& facts, const std::filesystem::path& scratch);
   ~VideoPictures();
 
-  /// 8-bit BGR; empty at the end, and where ffmpeg gives up.
+  /// BGR, 8-bit, or 16-bit of deeper footage; empty at the end, and where ffmpeg gives up.
   cv::Mat next();
   /// Presentation time of the picture that next() gave last, on the file's clock; empty when the file does not say.
   std::optional<double> time_s() const { return time_s_; }

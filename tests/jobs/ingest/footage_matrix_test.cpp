@@ -47,15 +47,22 @@ TEST_F(FootageMatrix, CodecsAndContainers) {
   }
 }
 
-TEST_F(FootageMatrix, MoreThanEightBitsAreKeptWithEightAndSaid) {
-  const Json prores = run({make("prores.mov", 5, {"-c:v", "prores_ks", "-profile:v", "3", "-pix_fmt", "yuv422p10le"})});
-  EXPECT_TRUE(warns_of(prores, "has 10 bits per channel: pictures are kept with 8"));
-  expect_frames(5, "prores");
-  const Json hevc =
-      run({make("hevc10.mp4", 5,
-                {"-c:v", "libx265", "-crf", "5", "-x265-params", "log-level=error", "-pix_fmt", "yuv420p10le"})});
-  EXPECT_TRUE(warns_of(hevc, "has 10 bits"));
-  expect_frames(5, "hevc10");
+TEST_F(FootageMatrix, DeepFootageKeepsItsBits) {
+  cv::Mat3w ramp(64, 256);
+  for (int x = 0; x < ramp.cols; ++x)
+    ramp.col(x).setTo(cv::Scalar::all(20000 + 64 * x));  // a quarter of an 8-bit level
+  cv::imwrite((folder_ / "ramp.png").string(), ramp);
+  const std::vector<std::vector<std::string>> codecs{{"prores.mov", "prores_ks", "yuv444p10le"},
+                                                     {"ffv1.mkv", "ffv1", "yuv420p12le"},
+                                                     {"ffv1rgb.mkv", "ffv1", "gbrp16le"}};
+  for (const auto& codec : codecs) {
+    ffmpeg({"-i", (folder_ / "ramp.png").string(), "-c:v", codec[1], "-pix_fmt", codec[2]}, folder_ / codec[0]);
+    EXPECT_FALSE(run({folder_ / codec[0]}).contains("warnings")) << codec[0];
+    const cv::Mat kept = cv::imread(frame_path(folder_ / "out", 0).string(), cv::IMREAD_UNCHANGED);
+    ASSERT_EQ(kept.type(), CV_16UC3) << codec[0];
+    for (int x = 8; x < 248; ++x)
+      EXPECT_NEAR(kept.at<cv::Vec3w>(32, x)[1], ramp(32, x)[1], 100) << codec[0] << " " << x;
+  }
 }
 
 TEST_F(FootageMatrix, TimeStampsThatStartLateStartAtZero) {
@@ -227,13 +234,14 @@ TEST_F(FootageMatrix, TrimmedStills) {
   expect_frames(3, "stills", 10, 2);
 }
 
-TEST_F(FootageMatrix, SixteenBitStillsAreSaid) {
+TEST_F(FootageMatrix, SixteenBitStillsKeepTheirBits) {
   cv::Mat wide;
-  picture(5).convertTo(wide, CV_16U, 257);
+  picture(5).convertTo(wide, CV_16U, 257, 31);
   for (const char* name : {"wide.png", "wide.tiff"}) {
     cv::imwrite((folder_ / name).string(), wide);
-    EXPECT_TRUE(warns_of(run({folder_ / name}), "has 16 bits per channel: pictures are kept with 8")) << name;
-    EXPECT_EQ(number_of(frame(0)), 5) << name;
+    run({folder_ / name});
+    const cv::Mat kept = cv::imread(frame_path(folder_ / "out", 0).string(), cv::IMREAD_UNCHANGED);
+    EXPECT_EQ(cv::norm(kept, wide, cv::NORM_INF), 0) << name;
   }
   for (const char* name : {"still.tif", "still.jpg"}) {
     cv::imwrite((folder_ / name).string(), picture(7));

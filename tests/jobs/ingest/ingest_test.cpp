@@ -60,7 +60,7 @@ TEST_F(Ingest, LinearExrBecomesSrgb) {
   channels["R"].values.assign(64 * 64, 4.0F);
   write_exr(folder_ / "a.exr", {{"", channels, {}}});
   const cv::Mat bgr = read_still(folder_ / "a.exr");
-  EXPECT_EQ(bgr.at<cv::Vec3b>(9, 9), cv::Vec3b(188, 188, 255));
+  EXPECT_EQ(bgr.at<cv::Vec3w>(9, 9), cv::Vec3w(48192, 48192, 65535));  // 0.735357 of the range
 }
 
 TEST_F(Ingest, TruncatedVideoIsUsedAsFarAsItGoes) {
