@@ -1,114 +1,140 @@
 #include "jobs/render/blend.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 
-#include "jobs/render/push_pull.h"
+#include "jobs/render/resample.h"
 
 namespace vantage {
 namespace {
 
-constexpr float kSameSurface = 0.05F;  ///< of depth
-constexpr double kEnoughWeight = 0.1;  ///< of all layers' weight: a nearer surface that fewer see is an error of depth
-constexpr float kKnownWithin_px = 8;   ///< small holes are filled and count as known
+constexpr float kSame = 0.03F, kInFront = 0.08F;   ///< of depth: one surface up to the one, two from the other on
+constexpr float kError = 0.02F, kSurface = 0.15F;  ///< of all weight: less than the one is an error of depth
+constexpr float kNegligible = 0.004F;              ///< of all weight: less than half a level
+constexpr float kDisagreement = 50 / 255.0F;       ///< of the root of linear light, which is nearly sRGB
+
+float smooth_step(float from, float to, float value) {
+  const float t = std::clamp((value - from) / (to - from), 0.0F, 1.0F);
+  return t * t * (3 - 2 * t);
+}
 
 struct Candidate {
-  float z;
-  double weight;
-  const cv::Vec3f* bgr;
+  std::size_t layer;
+  float z, weight;
+  float confidence;
+  cv::Vec3f bgr, root;  ///< linear light, and its root
 };
 
-/// [first, last) of the candidates, sorted by depth, that are the visible surface.
-std::pair<std::size_t, std::size_t> visible_surface(const std::vector<Candidate>& sorted) {
-  double all = 0;
-  for (const Candidate& c : sorted) all += c.weight;
-  std::size_t first = 0;
-  while (true) {
-    std::size_t last = first;
-    double weight = 0;
-    for (; last < sorted.size() && sorted[last].z <= sorted[first].z * (1 + kSameSurface); ++last)
-      weight += sorted[last].weight;
-    if (weight >= kEnoughWeight * all || last == sorted.size()) return {first, last};
-    ++first;
-  }
-}
+/// One pixel's candidates, used for pixel after pixel.
+class Mixer {
+ public:
+  explicit Mixer(const std::vector<PictureLayer>& layers) : layers_(layers) {}
 
-float cubic(float t) {  // Catmull-Rom
-  t = std::abs(t);
-  return t < 1 ? (1.5F * t - 2.5F) * t * t + 1 : t < 2 ? ((-0.5F * t + 2.5F) * t - 4) * t + 2 : 0;
-}
-
-cv::Vec3f sample(const cv::Mat3f& bgr, const cv::Vec2f& px) {
-  const float fx = px[0] - 0.5F, fy = px[1] - 0.5F;
-  const int x0 = static_cast<int>(std::floor(fx)), y0 = static_cast<int>(std::floor(fy));
-  std::array<float, 4> wx{}, wy{};
-  for (int k = 0; k < 4; ++k) {
-    wx[static_cast<std::size_t>(k)] = cubic(fx - static_cast<float>(x0 + k - 1));
-    wy[static_cast<std::size_t>(k)] = cubic(fy - static_cast<float>(y0 + k - 1));
+  void mix(int y, int x, ViewPicture& picture) {
+    gather(y, x);
+    if (candidates_.empty()) return;
+    see_through();
+    sample(y, x);
+    if (candidates_.empty()) return;
+    agree();
+    write(y, x, picture);
   }
-  cv::Vec3f sum(0, 0, 0);
-  for (int v = 0; v < 4; ++v) {
-    const cv::Vec3f* row = bgr[std::clamp(y0 + v - 1, 0, bgr.rows - 1)];
-    cv::Vec3f line(0, 0, 0);
-    for (int u = 0; u < 4; ++u) {
-      const cv::Vec3f& p = row[std::clamp(x0 + u - 1, 0, bgr.cols - 1)];
-      const float w = wx[static_cast<std::size_t>(u)];
-      line += cv::Vec3f(w * p[0], w * p[1], w * p[2]);
+
+ private:
+  void gather(int y, int x) {
+    candidates_.clear();
+    for (std::size_t k = 0; k < layers_.size(); ++k) {
+      const Layer& layer = layers_[k].layer;
+      const float z = layer.z(y, x);
+      if (z <= 0) continue;
+      const float confidence = layer.confidence(y, x);
+      candidates_.push_back({k, z, layers_[k].share * confidence, confidence, {}, {}});
     }
-    sum += wy[static_cast<std::size_t>(v)] * line;
   }
-  return sum;
-}
 
-/// Colours everywhere, alpha where a layer is near.
-void fill_holes(ViewPicture& picture) {
-  const cv::Mat hole = picture.alpha == 0;
-  if (cv::countNonZero(hole) == 0) return;
-  if (cv::countNonZero(hole) == picture.alpha.rows * picture.alpha.cols) return;
-  push_pull<3>(picture.bgr, picture.alpha);
-  cv::Mat1f distance;
-  cv::distanceTransform(hole, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
-  picture.alpha.setTo(1, distance <= kKnownWithin_px);
-}
+  /// Weights times visibility.
+  void see_through() {
+    float nearest = candidates_[0].z, farthest = nearest, all = 0;
+    for (const Candidate& c : candidates_) {
+      nearest = std::min(nearest, c.z);
+      farthest = std::max(farthest, c.z);
+      all += c.weight;
+    }
+    if (farthest <= nearest * (1 + kSame)) return;
+    weights_.clear();
+    for (const Candidate& c : candidates_) {
+      float in_front = 0, beside = 0;
+      for (const Candidate& other : candidates_) {
+        const float apart = smooth_step(kSame, kInFront, std::max(c.z / other.z, other.z / c.z) - 1);
+        beside += other.weight * (1 - apart);
+        if (other.z < c.z) in_front += other.weight * apart;
+      }
+      weights_.push_back(c.weight * smooth_step(kError * all, kSurface * all, beside) *
+                         (1 - smooth_step(kError * all, kSurface * all, in_front)));
+    }
+    for (std::size_t k = 0; k < candidates_.size(); ++k) candidates_[k].weight = weights_[k];
+  }
+
+  void sample(int y, int x) {
+    float all = 0;
+    for (const Candidate& c : candidates_) all += c.weight;
+    for (Candidate& c : candidates_) c.weight -= kNegligible * all;
+    std::erase_if(candidates_, [](const Candidate& c) { return c.weight <= 0; });
+    for (Candidate& c : candidates_) {
+      c.bgr = resample(layers_[c.layer].bgr, layers_[c.layer].layer.source_px(y, x));
+      for (int k = 0; k < 3; ++k) c.root[k] = std::sqrt(std::max(0.0F, c.bgr[k]));
+    }
+  }
+
+  /// Weights times the share of the weight that shows the same colour.
+  void agree() {
+    if (candidates_.size() < 2) return;
+    weights_.clear();
+    float all = 0;
+    for (const Candidate& c : candidates_) all += c.weight;
+    for (const Candidate& c : candidates_) {
+      float same = 0;
+      for (const Candidate& other : candidates_) {
+        const cv::Vec3f d = c.root - other.root;
+        const float apart2 = d.dot(d) * (1 / (kDisagreement * kDisagreement));
+        same += other.weight / (1 + apart2 * apart2);
+      }
+      weights_.push_back(c.weight * same / all);
+    }
+    for (std::size_t k = 0; k < candidates_.size(); ++k) candidates_[k].weight = weights_[k];
+  }
+
+  void write(int y, int x, ViewPicture& picture) const {
+    cv::Vec3f sum(0, 0, 0);
+    float all = 0, z = 0, guessed = 0;
+    for (const Candidate& c : candidates_) {
+      sum += c.weight * c.bgr;
+      z += c.weight * c.z;
+      guessed += c.confidence <= kGuess ? c.weight : 0;
+      all += c.weight;
+    }
+    for (int k = 0; k < 3; ++k) picture.bgr(y, x)[k] = std::max(0.0F, sum[k] / all);
+    picture.z(y, x) = z / all;
+    picture.alpha(y, x) = 1;
+    picture.hole(y, x) = guessed / all;
+  }
+
+  const std::vector<PictureLayer>& layers_;
+  std::vector<Candidate> candidates_;
+  std::vector<float> weights_;
+};
 
 }  // namespace
 
-cv::Mat3f layer_colours(const cv::Mat3f& bgr, const Layer& layer) {
-  cv::Mat3f colours(layer.z.size(), cv::Vec3f(0, 0, 0));
-  for (int y = 0; y < colours.rows; ++y)
-    for (int x = 0; x < colours.cols; ++x)
-      if (layer.z(y, x) > 0) colours(y, x) = sample(bgr, layer.source_px(y, x));
-  return colours;
-}
-
-ViewPicture blend(const std::vector<ColouredLayer>& layers) {
-  const cv::Size size = layers.front().bgr.size();
-  ViewPicture picture{cv::Mat3f(size, cv::Vec3f(0, 0, 0)), cv::Mat1f(size, 0.0F), cv::Mat1f(size, 0.0F)};
-  std::vector<Candidate> candidates;
-  for (int y = 0; y < size.height; ++y)
-    for (int x = 0; x < size.width; ++x) {
-      candidates.clear();
-      for (const ColouredLayer& l : layers)
-        if (l.layer.z(y, x) > 0)
-          candidates.push_back({l.layer.z(y, x), l.share * l.layer.confidence(y, x), &l.bgr(y, x)});
-      if (candidates.empty()) continue;
-      std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) { return a.z < b.z; });
-      const auto [first, last] = visible_surface(candidates);
-      cv::Vec3d sum(0, 0, 0);
-      double z = 0, weight = 0;
-      for (std::size_t k = first; k < last; ++k) {
-        sum += candidates[k].weight * cv::Vec3d(*candidates[k].bgr);
-        z += candidates[k].weight * candidates[k].z;
-        weight += candidates[k].weight;
-      }
-      if (weight <= 0) continue;
-      for (int c = 0; c < 3; ++c) picture.bgr(y, x)[c] = static_cast<float>(std::clamp(sum[c] / weight, 0.0, 1.0));
-      picture.z(y, x) = static_cast<float>(z / weight);
-      picture.alpha(y, x) = 1;
-    }
-  fill_holes(picture);
+ViewPicture blend(const std::vector<PictureLayer>& layers) {
+  const cv::Size size = layers.front().layer.z.size();
+  ViewPicture picture{cv::Mat3f(size, cv::Vec3f(0, 0, 0)), cv::Mat1f(size, 0.0F), cv::Mat1f(size, 0.0F),
+                      cv::Mat1f(size, 1.0F)};
+  cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& rows) {
+    Mixer mixer(layers);
+    for (int y = rows.start; y < rows.end; ++y)
+      for (int x = 0; x < size.width; ++x) mixer.mix(y, x, picture);
+  });
   return picture;
 }
 

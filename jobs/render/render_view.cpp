@@ -1,5 +1,6 @@
 #include "jobs/render/render_view.h"
 
+#include "jobs/render/fill_holes.h"
 #include "jobs/render/pixel_places.h"
 #include "jobs/render/splat.h"
 #include "schema/base/error.h"
@@ -10,18 +11,20 @@ ViewPicture render_eye(std::span<const SourceImage> images, const FramePlan& pla
   check(images.size() == plan.images.size() && !images.empty(), "a view is drawn from its planned images");
   const ViewCamera view{eye.pinhole, eye.cam_from_world, eye.disparity};
   const PlacingOptions placing{plan.method, plan.time_s, plan.scene_distance, eye.mu};
-  std::vector<ColouredLayer> layers;
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    const SourceImage& image = images[i];
-    // The scene's centre is about as far from the recorded cameras as from the virtual one: they share a sphere.
-    const double scale = eye.pinhole.fx / image.pinhole.fx;
-    ColouredLayer coloured;
-    coloured.layer = splat(place_pixels(images, static_cast<int>(i), placing), view, scale);
-    coloured.bgr = layer_colours(image.bgr, coloured.layer);
-    coloured.share = eye.share[i];
-    layers.push_back(std::move(coloured));
-  }
-  return blend(layers);
+  std::vector<PictureLayer> layers(images.size());
+  cv::parallel_for_(cv::Range(0, static_cast<int>(images.size())), [&](const cv::Range& range) {
+    for (int i = range.start; i < range.end; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      // The scene's centre is about as far from the recorded cameras as from the virtual one: they share a sphere.
+      const double scale = eye.pinhole.fx / images[k].pinhole.fx;
+      const PixelPlaces places(images, i, view, placing);
+      layers[k] = {splat(places, {eye.pinhole.width, eye.pinhole.height}, scale), images[k].bgr,
+                   static_cast<float>(eye.share[k])};
+    }
+  });
+  ViewPicture picture = blend(layers);
+  fill_holes(picture);
+  return picture;
 }
 
 }  // namespace vantage

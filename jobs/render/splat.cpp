@@ -1,96 +1,131 @@
 #include "jobs/render/splat.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "jobs/correspond/vector_clones.h"
 
 namespace vantage {
 namespace {
 
-constexpr double kTear_px = 3;
-constexpr double kOnEdge = 1e-5;  ///< pixel centres on an edge belong to both triangles: no cracks
+constexpr float kTear_px = 3;
+constexpr float kOnEdge = 1e-3F;  ///< pixel centres on an edge belong to both triangles: no cracks
+constexpr float kMinArea = 1e-6F;
 
-struct Corner {
-  double x = 0, y = 0, z = 0;  ///< place in the view, px, and depth
-  float u = 0, v = 0;          ///< pixel of the image
-  float confidence = 0;
+/// What the two triangles (a b c) and (b d c) of each cell between two rows of pixels are worth: 0 for those that turn
+/// over, tear or lie behind the view. Corners: a b above, c d below.
+struct CellRow {
+  std::vector<float> area1, area2, confidence1, confidence2;
+  explicit CellRow(std::size_t cells) : area1(cells), area2(cells), confidence1(cells), confidence2(cells) {}
 };
 
-double length(const Corner& a, const Corner& b) { return std::hypot(a.x - b.x, a.y - b.y); }
+inline float squared(float dx, float dy) { return dx * dx + dy * dy; }
+
+/// Full worth up to an edge of √2 pixels, falling with the square of what it is longer, nothing from the tear on.
+inline float worth(float area, float longest2, float scale, float least) {
+  const float stretch_px = std::max(0.0F, std::sqrt(longest2) - 1.41421356F * scale);
+  const float fade = 1 / (1 + 4 * stretch_px * stretch_px);
+  const bool drawn = area > kMinArea && stretch_px <= kTear_px * std::max(1.0F, scale);
+  return drawn ? fade * least : 0.0F;
+}
+
+VANTAGE_VECTOR_CLONES
+void judge_cells(const float* ax, const float* ay, const float* az, const float* ac, const float* cx, const float* cy,
+                 const float* cz, const float* cc, std::size_t cells, float scale, float* area1, float* area2,
+                 float* confidence1, float* confidence2) {
+  for (std::size_t k = 0; k < cells; ++k) {
+    const float abx = ax[k + 1] - ax[k], aby = ay[k + 1] - ay[k];
+    const float acx = cx[k] - ax[k], acy = cy[k] - ay[k];
+    const float bcx = cx[k] - ax[k + 1], bcy = cy[k] - ay[k + 1];
+    const float bdx = cx[k + 1] - ax[k + 1], bdy = cy[k + 1] - ay[k + 1];
+    const float cdx = cx[k + 1] - cx[k], cdy = cy[k + 1] - cy[k];
+    const float diagonal = squared(bcx, bcy);
+    area1[k] = abx * acy - aby * acx;
+    area2[k] = bdx * bcy - bdy * bcx;
+    const float long1 = std::max(diagonal, std::max(squared(abx, aby), squared(acx, acy)));
+    const float long2 = std::max(diagonal, std::max(squared(bdx, bdy), squared(cdx, cdy)));
+    const float front = std::min(az[k + 1], cz[k]), shared = std::min(ac[k + 1], cc[k]);
+    const float worth1 = worth(area1[k], long1, scale, std::min(ac[k], shared));
+    const float worth2 = worth(area2[k], long2, scale, std::min(cc[k + 1], shared));
+    confidence1[k] = std::min(az[k], front) > 0 ? worth1 : 0.0F;
+    confidence2[k] = std::min(cz[k + 1], front) > 0 ? worth2 : 0.0F;
+  }
+}
+
+struct Corner {
+  float x, y, z;
+  float u, v;  ///< pixel of the image
+};
 
 class Rasteriser {
  public:
-  Rasteriser(Layer& layer, double scale) : layer_(layer), scale_(scale) {}
+  explicit Rasteriser(Layer& layer) : layer_(layer) {}
 
-  void draw(const Corner& a, const Corner& b, const Corner& c) {
-    if (a.z <= 0 || b.z <= 0 || c.z <= 0) return;
-    const double area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-    if (!(area > 1e-9)) return;
-    const double longest = std::max({length(a, b), length(b, c), length(c, a)});
-    const double stretch_px = longest - std::numbers::sqrt2 * scale_;
-    if (stretch_px > kTear_px * std::max(1.0, scale_)) return;
-    const auto fade = static_cast<float>(1 / (1 + 4 * std::pow(std::max(0.0, stretch_px), 2)));
-    fill(a, b, c, area, fade * std::min({a.confidence, b.confidence, c.confidence}));
-  }
-
- private:
-  void fill(const Corner& a, const Corner& b, const Corner& c, double area, float confidence) {
-    const int x0 = std::max(0, static_cast<int>(std::ceil(std::min({a.x, b.x, c.x}) - 0.5 - kOnEdge)));
-    const int x1 = std::min(layer_.z.cols - 1, static_cast<int>(std::floor(std::max({a.x, b.x, c.x}) - 0.5 + kOnEdge)));
-    const int y0 = std::max(0, static_cast<int>(std::ceil(std::min({a.y, b.y, c.y}) - 0.5 - kOnEdge)));
-    const int y1 = std::min(layer_.z.rows - 1, static_cast<int>(std::floor(std::max({a.y, b.y, c.y}) - 0.5 + kOnEdge)));
+  void draw(const Corner& a, const Corner& b, const Corner& c, float area, float confidence) {
+    const int x0 = first(std::min({a.x, b.x, c.x})), x1 = last(std::max({a.x, b.x, c.x}), layer_.z.cols);
+    const int y0 = first(std::min({a.y, b.y, c.y})), y1 = last(std::max({a.y, b.y, c.y}), layer_.z.rows);
+    if (x0 > x1 || y0 > y1) return;
+    const float inverse = 1 / area;
     for (int y = y0; y <= y1; ++y)
       for (int x = x0; x <= x1; ++x) {
-        const double px = x + 0.5, py = y + 0.5;
-        const double wa = ((b.x - px) * (c.y - py) - (b.y - py) * (c.x - px)) / area;
-        const double wb = ((c.x - px) * (a.y - py) - (c.y - py) * (a.x - px)) / area;
-        const double wc = 1 - wa - wb;
+        const float px = static_cast<float>(x) + 0.5F, py = static_cast<float>(y) + 0.5F;
+        const float wa = ((b.x - px) * (c.y - py) - (b.y - py) * (c.x - px)) * inverse;
+        const float wb = ((c.x - px) * (a.y - py) - (c.y - py) * (a.x - px)) * inverse;
+        const float wc = 1 - wa - wb;
         if (wa < -kOnEdge || wb < -kOnEdge || wc < -kOnEdge) continue;
-        const auto z = static_cast<float>(wa * a.z + wb * b.z + wc * c.z);
+        const float z = wa * a.z + wb * b.z + wc * c.z;
         float& nearest = layer_.z(y, x);
         if (nearest > 0 && z >= nearest) continue;
         nearest = z;
-        layer_.source_px(y, x) = {static_cast<float>(wa * a.u + wb * b.u + wc * c.u),
-                                  static_cast<float>(wa * a.v + wb * b.v + wc * c.v)};
+        layer_.source_px(y, x) = {wa * a.u + wb * b.u + wc * c.u, wa * a.v + wb * b.v + wc * c.v};
         layer_.confidence(y, x) = confidence;
       }
   }
 
+ private:
+  static int first(float low) { return low < 0.5F ? 0 : static_cast<int>(std::ceil(low - 0.5F - kOnEdge)); }
+  static int last(float high, int size) {
+    if (high < 0.5F - kOnEdge) return -1;
+    return high >= static_cast<float>(size) ? size - 1 : static_cast<int>(high - 0.5F + kOnEdge);
+  }
+
   Layer& layer_;
-  double scale_;
 };
 
-Corner corner_of(const PixelPlaces& places, int x, int y, const ViewCamera& view) {
-  const cv::Vec3d& w = places.world(y, x);
-  const Eigen::Vector3d p = view.cam_from_world * Eigen::Vector3d(w[0], w[1], w[2]);
-  Corner corner;
-  corner.z = p.z();
-  if (p.z() <= 1e-9) return corner;
-  const Eigen::Vector2d px = view.pinhole.project(p);
-  corner.x = px.x() + (view.disparity ? view.disparity->shift_px(p.z()) : 0);
-  corner.y = px.y();
-  corner.u = static_cast<float>(x) + 0.5F;
-  corner.v = static_cast<float>(y) + 0.5F;
-  corner.confidence = places.confidence(y, x);
-  return corner;
+Corner corner(const PlacedRow& row, std::size_t x, int y) {
+  return {row.x[x], row.y[x], row.z[x], static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F};
+}
+
+void draw_cells(Rasteriser& rasteriser, const PlacedRow& above, const PlacedRow& row, int y, const CellRow& cells) {
+  for (std::size_t k = 0; k < cells.area1.size(); ++k) {
+    if (cells.confidence1[k] <= 0 && cells.confidence2[k] <= 0) continue;
+    const Corner b = corner(above, k + 1, y - 1), c = corner(row, k, y);
+    if (cells.confidence1[k] > 0) rasteriser.draw(corner(above, k, y - 1), b, c, cells.area1[k], cells.confidence1[k]);
+    if (cells.confidence2[k] > 0) rasteriser.draw(b, corner(row, k + 1, y), c, cells.area2[k], cells.confidence2[k]);
+  }
 }
 
 }  // namespace
 
-Layer splat(const PixelPlaces& places, const ViewCamera& view, double expected_scale) {
-  const cv::Size size(view.pinhole.width, view.pinhole.height);
-  Layer layer{cv::Mat2f(size, cv::Vec2f(0, 0)), cv::Mat1f(size, 0.0F), cv::Mat1f(size, 0.0F)};
-  Rasteriser rasteriser(layer, expected_scale);
-  std::vector<Corner> above, row;
-  for (int y = 0; y < places.world.rows; ++y) {
-    row.clear();
-    for (int x = 0; x < places.world.cols; ++x) row.push_back(corner_of(places, x, y, view));
-    for (std::size_t x = 1; y > 0 && x < row.size(); ++x) {
-      rasteriser.draw(above[x - 1], above[x], row[x - 1]);
-      rasteriser.draw(above[x], row[x], row[x - 1]);
+Layer splat(const PixelPlaces& places, cv::Size view_size, double expected_scale) {
+  Layer layer{cv::Mat2f(view_size, cv::Vec2f(0, 0)), cv::Mat1f(view_size, 0.0F), cv::Mat1f(view_size, 0.0F)};
+  const cv::Size size = places.size();
+  if (size.width < 2) return layer;
+  Rasteriser rasteriser(layer);
+  PlacedRow above(size.width), row(size.width);
+  CellRow cells(static_cast<std::size_t>(size.width - 1));
+  for (int y = 0; y < size.height; ++y) {
+    places.row(y, row);
+    if (y > 0) {
+      judge_cells(above.x.data(), above.y.data(), above.z.data(), above.confidence.data(), row.x.data(), row.y.data(),
+                  row.z.data(), row.confidence.data(), cells.area1.size(), static_cast<float>(expected_scale),
+                  cells.area1.data(), cells.area2.data(), cells.confidence1.data(), cells.confidence2.data());
+      draw_cells(rasteriser, above, row, y, cells);
     }
-    above.swap(row);
+    std::swap(above, row);
   }
   return layer;
 }

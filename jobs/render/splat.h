@@ -1,9 +1,7 @@
 #pragma once
 #include <opencv2/core.hpp>
-#include <optional>
 
 #include "jobs/render/pixel_places.h"
-#include "jobs/views/virtual_view.h"
 
 namespace vantage {
 
@@ -14,16 +12,10 @@ struct Layer {
   cv::Mat1f confidence;
 };
 
-struct ViewCamera {
-  Pinhole pinhole;
-  RigidTransform cam_from_world;
-  std::optional<DisparityRule> disparity;
-};
-
 /// Forward warp without holes (Mark et al. 1997): every 2 × 2 pixels of the image are two triangles, drawn into the
 /// view with a depth test. Triangles that turn over or tear (an edge grows by more than 3 px) are gaps between surfaces
 /// and left out; the more a triangle is stretched the less it counts. expected_scale: size of a pixel of the image in
 /// pixels of the view.
-Layer splat(const PixelPlaces& places, const ViewCamera& view, double expected_scale);
+Layer splat(const PixelPlaces& places, cv::Size view_size, double expected_scale);
 
 }  // namespace vantage

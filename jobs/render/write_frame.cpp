@@ -15,8 +15,9 @@ void write_frame_exr(const std::filesystem::path& path, const std::vector<NamedP
                                   {"G", to_plane(channels[1])},
                                   {"R", to_plane(channels[2])},
                                   {"A", to_plane(v.picture.alpha)},
-                                  {"Z", to_plane(v.picture.z)}},
-                     .half_channels = {"R", "G", "B", "A"}});
+                                  {"Z", to_plane(v.picture.z)},
+                                  {"mask.hole", to_plane(v.picture.hole)}},
+                     .half_channels = {"R", "G", "B", "A", "mask.hole"}});
   }
   write_exr(path, parts);
 }

@@ -124,7 +124,7 @@ TEST(Render, InBetweenByCorrespondencesBeatsTheNearestImage) {
   const Scores s = score(b, "correspondence", kBetween);
   EXPECT_GE(s.drawn_db, s.nearest_db + 5);
   EXPECT_GE(s.drawn_db, 32);
-  EXPECT_LT(s.holes, 0.02);
+  EXPECT_LT(s.holes, 0.06) << "what neither camera shows";
 }
 
 TEST(Render, InBetweenByDepthBeatsTheNearestImage) {
@@ -201,7 +201,7 @@ TEST(Render, IsTheSameEachTime) {
 
 TEST(WriteFrame, StereoExrHasBothViewsInLinearLight) {
   const TemporaryFolder folder;
-  ViewPicture left{cv::Mat3f(4, 6, cv::Vec3f(0.5F, 0.25F, 1)), cv::Mat1f(4, 6, 1.0F), cv::Mat1f(4, 6, 3.0F)},
+  ViewPicture left{cv::Mat3f(4, 6, cv::Vec3f(0.5F, 0.25F, 1)), cv::Mat1f(4, 6, 1.0F), cv::Mat1f(4, 6, 3.0F), cv::Mat1f(4, 6, 0.25F)},
       right = left;
   right.bgr = cv::Mat3f(4, 6, cv::Vec3f(0, 0, 0));
   write_frame_exr(folder.path() / "f.exr", {{"left", left}, {"right", right}});
