@@ -18,6 +18,13 @@ float smooth_step(float from, float to, float value) {
   return t * t * (3 - 2 * t);
 }
 
+/// 1 for equal colours (roots of linear light), a half at kDisagreement, soon less beyond.
+float likeness(const cv::Vec3f& a, const cv::Vec3f& b) {
+  const float db = a[0] - b[0], dg = a[1] - b[1], dr = a[2] - b[2];
+  const float apart2 = (db * db + dg * dg + dr * dr) * (1 / (kDisagreement * kDisagreement));
+  return 1 / (1 + apart2 * apart2);
+}
+
 struct Candidate {
   std::size_t layer;
   float z, weight;
@@ -88,20 +95,19 @@ class Mixer {
 
   /// Weights times the share of the weight that shows the same colour.
   void agree() {
-    if (candidates_.size() < 2) return;
     weights_.clear();
     float all = 0;
-    for (const Candidate& c : candidates_) all += c.weight;
     for (const Candidate& c : candidates_) {
-      float same = 0;
-      for (const Candidate& other : candidates_) {
-        const cv::Vec3f d = c.root - other.root;
-        const float apart2 = d.dot(d) * (1 / (kDisagreement * kDisagreement));
-        same += other.weight / (1 + apart2 * apart2);
-      }
-      weights_.push_back(c.weight * same / all);
+      all += c.weight;
+      weights_.push_back(c.weight);  // of what agrees with it: itself to begin with
     }
-    for (std::size_t k = 0; k < candidates_.size(); ++k) candidates_[k].weight = weights_[k];
+    for (std::size_t i = 0; i < candidates_.size(); ++i)
+      for (std::size_t k = i + 1; k < candidates_.size(); ++k) {
+        const float alike = likeness(candidates_[i].root, candidates_[k].root);
+        weights_[i] += alike * candidates_[k].weight;
+        weights_[k] += alike * candidates_[i].weight;
+      }
+    for (std::size_t k = 0; k < candidates_.size(); ++k) candidates_[k].weight *= weights_[k] / all;
   }
 
   void write(int y, int x, ViewPicture& picture) const {

@@ -20,6 +20,7 @@ constexpr double kStatic_px = 0.35, kMoving_px = 0.9;
 /// A projection along one row: homogeneous pixel = z * (slope * column + start) + constant.
 struct RowProjection {
   float slope[3], start[3], constant[3];
+  float row;  ///< y of the row's pixel centres
 };
 
 VANTAGE_VECTOR_CLONES
@@ -35,9 +36,23 @@ void project_row(const RowProjection& p, const float* z, std::size_t width, floa
   }
 }
 
+/// Squared distance of each pixel's place in another image from where the map says it is.
+VANTAGE_VECTOR_CLONES
+void squared_misses(const RowProjection& p, const float* z, const float* motion, std::size_t width, float* out) {
+  for (std::size_t x = 0; x < width; ++x) {
+    const float column = static_cast<float>(static_cast<int>(x)) + 0.5F;
+    const float u = z[x] * (p.slope[0] * column + p.start[0]) + p.constant[0];
+    const float v = z[x] * (p.slope[1] * column + p.start[1]) + p.constant[1];
+    const float w = z[x] * (p.slope[2] * column + p.start[2]) + p.constant[2];
+    const float dx = u / w - column - motion[2 * x], dy = v / w - p.row - motion[2 * x + 1];
+    out[x] = dx * dx + dy * dy;
+  }
+}
+
 RowProjection along_row(const Eigen::Matrix3d& H, const Vector3d& h, int y) {
   RowProjection p{};
   const Vector3d start = H.col(1) * (y + 0.5) + H.col(2);
+  p.row = static_cast<float>(y) + 0.5F;
   for (int k = 0; k < 3; ++k) {
     p.slope[k] = static_cast<float>(H(k, 0));
     p.start[k] = static_cast<float>(start[k]);
@@ -74,12 +89,17 @@ PixelPlaces::Projection PixelPlaces::projection_to(const Pinhole& pinhole, const
 void PixelPlaces::row(int y, PlacedRow& out) const {
   if (options_.method == "plain") return plain_row(y, out);
   static_row(y, out);
-  const bool by_maps = options_.method == "correspondence";
-  const float* known = depth_.z[y];
-  for (std::size_t x = 0; x < out.x.size(); ++x) {
-    out.confidence[x] = known[x] > 0 ? std::max(kGuess, depth_.confidence(y, static_cast<int>(x))) : kGuess;
-    const bool calculated = by_maps || (known[x] > 0 ? moves(static_cast<int>(x), y) : options_.method == "auto");
-    if (calculated) put(place(static_cast<int>(x), y), x, out);
+  const bool always = options_.method == "correspondence", unknown = options_.method == "auto";
+  const float *known = depth_.z[y], *confidence = depth_.confidence[y];
+  const std::size_t width = out.x.size();
+  std::vector<float> misses(later_ < 0 || always ? 0 : width);
+  if (!misses.empty())
+    squared_misses(along_row(into_later_.H, into_later_.h, y), z_[y], image_.flows.at(later_).motion_px.ptr<float>(y),
+                   width, misses.data());
+  for (std::size_t x = 0; x < width; ++x) {
+    const bool moved = known[x] > 0 && !misses.empty() && misses[x] > kStatic_px * kStatic_px;
+    out.confidence[x] = known[x] > 0 ? std::max(kGuess, confidence[x]) : kGuess;
+    if (always || moved || (unknown && known[x] <= 0)) put(place(static_cast<int>(x), y), x, out);
   }
 }
 
@@ -152,22 +172,14 @@ int PixelPlaces::frame_across() const {
   return best;
 }
 
-/// Whether the map to the other frame shows more than a static point would.
-bool PixelPlaces::moves(int x, int y) const {
-  if (later_ < 0) return false;
-  const FlowMap& flow = image_.flows.at(later_);
-  if (flow.confidence(y, x) < kMinFlowConfidence) return false;
-  const Vector3d p = z_(y, x) * (into_later_.H * Vector3d(x + 0.5, y + 0.5, 1)) + into_later_.h;
-  const cv::Vec2f m = flow.motion_px(y, x);
-  return p.z() > 0 && std::hypot(p.x() / p.z() - x - 0.5 - m[0], p.y() / p.z() - y - 0.5 - m[1]) > kStatic_px;
-}
-
 /// How far a surface that moves gets until the view's time.
 Vector3d PixelPlaces::motion(int x, int y, const Vector3d& here) const {
-  if (!moves(x, y)) return Vector3d::Zero();
+  const FlowMap* flow = later_ < 0 ? nullptr : &image_.flows.at(later_);
+  if (!flow || flow->confidence(y, x) < kMinFlowConfidence) return Vector3d::Zero();
   const SourceImage& other = images_[static_cast<std::size_t>(later_)];
   const Vector3d still = other.cam_from_world * here;
-  const cv::Vec2f m = image_.flows.at(later_).motion_px(y, x);
+  if (still.z() <= 0) return Vector3d::Zero();
+  const cv::Vec2f m = flow->motion_px(y, x);
   const Vector2d there_px(x + 0.5 + m[0], y + 0.5 + m[1]);
   const double moved_px = (other.pinhole.project(still) - there_px).norm();
   const double sampled = sample_depth(other.depth.z, there_px);

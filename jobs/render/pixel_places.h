@@ -60,7 +60,6 @@ class PixelPlaces {
   Projection projection_to(const Pinhole& pinhole, const RigidTransform& cam_from_world) const;
   int frame_across() const;
   void static_row(int y, PlacedRow& out) const;
-  bool moves(int x, int y) const;
   Placed place(int x, int y) const;
   Placed by_correspondence(int x, int y, const Eigen::Vector3d& here, float trust) const;
   std::optional<Eigen::Vector3d> matched(int k, int x, int y, const Eigen::Vector3d& here) const;

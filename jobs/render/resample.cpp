@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 
 namespace vantage {
@@ -17,6 +16,12 @@ struct Cubic {
 Cubic catmull_rom(float t) {
   const float t2 = t * t, t3 = t2 * t;
   return {{-0.5F * t3 + t2 - 0.5F * t, 1.5F * t3 - 2.5F * t2 + 1, -1.5F * t3 + 2 * t2 + 0.5F * t, 0.5F * (t3 - t2)}};
+}
+
+/// Largest whole number up to value.
+int whole(float value) {
+  const int truncated = static_cast<int>(value);
+  return truncated - (value < static_cast<float>(truncated) ? 1 : 0);
 }
 
 /// Blue, green, red and whatever comes next, which nobody looks at; there must be such a float.
@@ -44,25 +49,27 @@ Four weigh(const std::array<const cv::Vec3f*, 4>& rows, const Cubic& wx, const C
   return least(most(sum, low - margin), high + margin);
 }
 
+cv::Vec3f colour(Four four) { return {four[0], four[1], four[2]}; }
+
 }  // namespace
 
 cv::Vec3f resample(const cv::Mat3f& picture, const cv::Vec2f& px) {
   const float fx = px[0] - 0.5F, fy = px[1] - 0.5F;
-  const float left = std::floor(fx), top = std::floor(fy);
-  const int x0 = static_cast<int>(left) - 1, y0 = static_cast<int>(top) - 1;
-  const Cubic wx = catmull_rom(fx - left), wy = catmull_rom(fy - top);
+  const int left = whole(fx), top = whole(fy), x0 = left - 1, y0 = top - 1;
+  const Cubic wx = catmull_rom(fx - static_cast<float>(left)), wy = catmull_rom(fy - static_cast<float>(top));
   std::array<const cv::Vec3f*, 4> rows{};
-  std::array<std::array<cv::Vec3f, 5>, 4> rim;
-  const bool inside = x0 >= 0 && y0 >= 0 && x0 + 4 < picture.cols && y0 + 3 < picture.rows;
+  if (x0 >= 0 && y0 >= 0 && x0 + 4 < picture.cols && y0 + 3 < picture.rows) {
+    for (int v = 0; v < 4; ++v) rows[static_cast<std::size_t>(v)] = picture[y0 + v] + x0;
+    return colour(weigh(rows, wx, wy));
+  }
+  float rim[4][15];  // five pixels of each row
   for (int v = 0; v < 4; ++v) {
     const cv::Vec3f* row = picture[std::clamp(y0 + v, 0, picture.rows - 1)];
-    const auto k = static_cast<std::size_t>(v);
-    rows[k] = inside ? row + x0 : rim[k].data();
-    for (int u = 0; !inside && u < 5; ++u)
-      rim[k][static_cast<std::size_t>(u)] = row[std::clamp(x0 + u, 0, picture.cols - 1)];
+    for (int u = 0; u < 5; ++u)
+      std::memcpy(rim[v] + 3 * u, row[std::clamp(x0 + u, 0, picture.cols - 1)].val, 3 * sizeof(float));
+    rows[static_cast<std::size_t>(v)] = reinterpret_cast<const cv::Vec3f*>(rim[v]);
   }
-  const Four sum = weigh(rows, wx, wy);
-  return {sum[0], sum[1], sum[2]};
+  return colour(weigh(rows, wx, wy));
 }
 
 }  // namespace vantage

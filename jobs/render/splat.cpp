@@ -60,14 +60,31 @@ struct Corner {
   float u, v;  ///< pixel of the image
 };
 
+/// First and last pixel whose centre lies between two coordinates.
+inline int first_centre(float low) {
+  const float index = low - 0.5F - kOnEdge;
+  if (!(index > 0)) return 0;
+  const int whole = static_cast<int>(index);
+  return whole + (index > static_cast<float>(whole) ? 1 : 0);
+}
+inline int last_centre(float high, int size) {
+  const float index = high - 0.5F + kOnEdge;
+  if (!(index >= 0)) return -1;
+  return index >= static_cast<float>(size - 1) ? size - 1 : static_cast<int>(index);
+}
+
+/// Draws triangles into a layer, the nearest on top, of equally near ones the first.
 class Rasteriser {
  public:
   explicit Rasteriser(Layer& layer) : layer_(layer) {}
 
   void draw(const Corner& a, const Corner& b, const Corner& c, float area, float confidence) {
-    const int x0 = first(std::min({a.x, b.x, c.x})), x1 = last(std::max({a.x, b.x, c.x}), layer_.z.cols);
-    const int y0 = first(std::min({a.y, b.y, c.y})), y1 = last(std::max({a.y, b.y, c.y}), layer_.z.rows);
-    if (x0 > x1 || y0 > y1) return;
+    const int x0 = first_centre(std::min(std::min(a.x, b.x), c.x));
+    const int x1 = last_centre(std::max(std::max(a.x, b.x), c.x), layer_.z.cols);
+    if (x0 > x1) return;
+    const int y0 = first_centre(std::min(std::min(a.y, b.y), c.y));
+    const int y1 = last_centre(std::max(std::max(a.y, b.y), c.y), layer_.z.rows);
+    if (y0 > y1) return;
     const float inverse = 1 / area;
     for (int y = y0; y <= y1; ++y)
       for (int x = x0; x <= x1; ++x) {
@@ -86,25 +103,20 @@ class Rasteriser {
   }
 
  private:
-  static int first(float low) { return low < 0.5F ? 0 : static_cast<int>(std::ceil(low - 0.5F - kOnEdge)); }
-  static int last(float high, int size) {
-    if (high < 0.5F - kOnEdge) return -1;
-    return high >= static_cast<float>(size) ? size - 1 : static_cast<int>(high - 0.5F + kOnEdge);
-  }
-
   Layer& layer_;
 };
 
-Corner corner(const PlacedRow& row, std::size_t x, int y) {
-  return {row.x[x], row.y[x], row.z[x], static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F};
+inline Corner corner(const PlacedRow& row, std::size_t x, int y) {
+  return {row.x[x], row.y[x], row.z[x], static_cast<float>(static_cast<int>(x)) + 0.5F, static_cast<float>(y) + 0.5F};
 }
 
 void draw_cells(Rasteriser& rasteriser, const PlacedRow& above, const PlacedRow& row, int y, const CellRow& cells) {
   for (std::size_t k = 0; k < cells.area1.size(); ++k) {
-    if (cells.confidence1[k] <= 0 && cells.confidence2[k] <= 0) continue;
+    const float confidence1 = cells.confidence1[k], confidence2 = cells.confidence2[k];
+    if (confidence1 <= 0 && confidence2 <= 0) continue;
     const Corner b = corner(above, k + 1, y - 1), c = corner(row, k, y);
-    if (cells.confidence1[k] > 0) rasteriser.draw(corner(above, k, y - 1), b, c, cells.area1[k], cells.confidence1[k]);
-    if (cells.confidence2[k] > 0) rasteriser.draw(b, corner(row, k + 1, y), c, cells.area2[k], cells.confidence2[k]);
+    if (confidence1 > 0) rasteriser.draw(corner(above, k, y - 1), b, c, cells.area1[k], confidence1);
+    if (confidence2 > 0) rasteriser.draw(b, corner(row, k + 1, y), c, cells.area2[k], confidence2);
   }
 }
 
