@@ -133,8 +133,8 @@ const std::vector<Part>& parts() {
       {"Calibration", calibration},
       {"Clocks", clocks},
       {"Navigation space", navspace},
-      {"Correspondence", strip_of("correspond", 8)},
-      {"Depth", strip_of("depth", 8)},
+      {"Correspondence", correspondence},
+      {"Depth", depth},
       {"Model", model},
       {"Where the time went", cost},
   };

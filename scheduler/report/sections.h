@@ -25,6 +25,8 @@ std::string footage(const ReportInput& input);
 std::string calibration(const ReportInput& input);
 std::string clocks(const ReportInput& input);
 std::string navspace(const ReportInput& input);
+std::string correspondence(const ReportInput& input);
+std::string depth(const ReportInput& input);
 std::string pictures(const ReportInput& input, const std::string& kind, std::size_t count);
 std::string model(const ReportInput& input);
 std::string failures(const ReportInput& input);
