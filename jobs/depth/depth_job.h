@@ -14,20 +14,20 @@ struct DepthJob {
     double max_epipolar_px = 1.5;
     double min_angle_deg = 1;
     double agreement_percent = 1.5;
-    int max_gap_px = 80;
+    double max_gap_percent = 0.3;
     void fields(auto&& field) {
       field("max_epipolar_px", max_epipolar_px, Range{0.05, 100},
             "correspondences farther from their epipolar line are not used");
       field("min_angle_deg", min_angle_deg, Range{0.01, 45}, "smallest angle between the two rays to a point");
       field("agreement_percent", agreement_percent, Range{0.01, 50},
             "depths from two edges agree when they differ by no more");
-      field("max_gap_px", max_gap_px, Range{0, 1000000},
-            "unknown spots of up to so many pixels are filled from around them; 0: none");
+      field("max_gap_percent", max_gap_percent, Range{0, 100},
+            "unknown spots of up to this share of the picture are filled from their farther side; 0: none");
     }
   };
   static KindSpec spec() {
     return {
-        .name = "depth", .version = 2, .reads = "correspondences of an image, poses", .publishes = "depth, confidence"};
+        .name = "depth", .version = 3, .reads = "correspondences of an image, poses", .publishes = "depth, confidence"};
   }
   /// With [depth]: every image with an edge to another viewpoint. Else those whose depth renders read.
   static std::vector<WorkUnit> split(const ShotState& state, const Params& params);

@@ -6,6 +6,7 @@
 
 #include "jobs/depth/depth_job.h"
 #include "jobs/depth/fuse_depth.h"
+#include "jobs/depth/regularise.h"
 #include "jobs/depth/triangulate_edge.h"
 #include "jobs/vision/shot_images.h"
 #include "schema/base/error.h"
@@ -64,8 +65,9 @@ void DepthJob::run(JobContext& context, const Params& params) {
   }
   context.progress(0.8, "fusing");
   const cv::Mat bgr = images.bgr(image);
-  const FuseDepthOptions options{.agreement = params.agreement_percent / 100, .max_gap_px = params.max_gap_px};
-  const DepthMap depth = regularise(fuse_depths(depths, options), bgr, options);
+  const double agreement = params.agreement_percent / 100;
+  const DepthMap depth = regularise(fuse_depths(depths, agreement), bgr,
+                                    {.agreement = agreement, .max_gap_percent = params.max_gap_percent});
 
   context.progress(0.9, "writing");
   write_depth(context.out("depth.exr"), depth);

@@ -21,12 +21,11 @@ struct TriangulateOptions {
   double min_angle_deg = 1;
 };
 
-/// Per pixel: inverse depth (1 / world units), and how many px of the other image it moves per unit of inverse depth,
-/// times the square root of the confidence: its square is the weight of a least-squares mean. Both 0 where the edge
-/// tells nothing.
+/// Per pixel: inverse depth (1 / world units), and its weight in a least-squares mean: one over its variance, times
+/// the confidence of the matches it comes from. Both 0 where the edge tells nothing.
 struct EdgeDepth {
   cv::Mat1f inverse_depth;
-  cv::Mat1f strength;
+  cv::Mat1f weight;
 };
 
 /// to_other: image to the other one. lag_s: the image's time minus the other's.
