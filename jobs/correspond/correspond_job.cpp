@@ -1,7 +1,7 @@
 #include "jobs/correspond/correspond_job.h"
 
 #include <algorithm>
-#include <set>
+#include <limits>
 
 #include "jobs/mask_sources.h"
 #include "jobs/views/depth_edges.h"
@@ -10,14 +10,20 @@
 namespace vantage {
 namespace {
 
-using EdgeSet = std::set<std::pair<int, int>>;
+using Edge = std::pair<int, int>;
 
-EdgeSet wanted_edges(const Shot& shot, const Calibration& calibration, const Navspace& navspace) {
-  if (shot.has_section("depth") || (shot.has_section("correspond") && shot.renders.empty()))
-    return {navspace.edges.begin(), navspace.edges.end()};
+/// In the order in which renders need them; what no render needs comes last.
+std::vector<Edge> wanted_edges(const Shot& shot, const Calibration& calibration, const Navspace& navspace) {
   RenderNeeds needs = render_needs(shot, calibration, navspace);
-  needs.edges.merge(DepthEdges(navspace, shot).needed_by(needs.depths));
-  return needs.edges;
+  const DepthEdges depth_edges(navspace, shot);
+  for (const auto& [vertex, number] : needs.depths)
+    for (const Edge& edge : depth_edges.needed_by({vertex})) {
+      std::size_t& first = needs.edges.emplace(edge, number).first->second;
+      first = std::min(first, number);
+    }
+  if (shot.has_section("depth") || (shot.has_section("correspond") && shot.renders.empty()))
+    for (const Edge& edge : navspace.edges) needs.edges.emplace(edge, std::numeric_limits<std::size_t>::max());
+  return by_first_use(needs.edges);
 }
 
 /// Cost volume and path sums take 3 bytes a label and pixel, the rest about 150 bytes a pixel.

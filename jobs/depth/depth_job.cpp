@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <set>
 
 #include "jobs/views/depth_edges.h"
@@ -15,11 +17,13 @@ namespace {
 /// Microseconds, so that the last bits of a clock do not make new keys.
 double rounded_s(double time_s) { return std::round(time_s * 1e6) / 1e6; }
 
-std::set<int> wanted_vertices(const Shot& shot, const Calibration& calibration, const Navspace& navspace) {
-  if (!shot.has_section("depth")) return render_needs(shot, calibration, navspace).depths;
-  std::set<int> all;
-  for (int v = 0; v < static_cast<int>(navspace.vertices.size()); ++v) all.insert(v);
-  return all;
+/// In the order in which renders need them; what no render needs comes last.
+std::vector<int> wanted_vertices(const Shot& shot, const Calibration& calibration, const Navspace& navspace) {
+  std::map<int, std::size_t> first_use = render_needs(shot, calibration, navspace).depths;
+  if (shot.has_section("depth"))
+    for (int v = 0; v < static_cast<int>(navspace.vertices.size()); ++v)
+      first_use.emplace(v, std::numeric_limits<std::size_t>::max());
+  return by_first_use(first_use);
 }
 
 class UnitWriter {

@@ -184,28 +184,22 @@ std::vector<VirtualView> virtual_views(const RenderRequest& request, const Shot&
   return Planner(request, shot, calibration, navspace).plan();
 }
 
-std::vector<std::pair<int, int>> edges_of_views(const std::vector<VirtualView>& views, const Navspace& navspace) {
-  std::vector<std::vector<std::size_t>> views_with(navspace.vertices.size());
-  for (std::size_t v = 0; v < views.size(); ++v)
-    for (const int image : views[v].images) views_with[static_cast<std::size_t>(image)].push_back(v);
-  std::vector<std::pair<int, int>> edges;
-  for (const auto& edge : navspace.edges) {
-    const auto &a = views_with[static_cast<std::size_t>(edge.first)],
-               &b = views_with[static_cast<std::size_t>(edge.second)];
-    std::vector<std::size_t> both;
-    std::set_intersection(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(both));
-    if (!both.empty()) edges.push_back(edge);
-  }
-  return edges;
-}
-
 RenderNeeds render_needs(const Shot& shot, const Calibration& calibration, const Navspace& navspace) {
+  std::vector<std::vector<int>> later_neighbours(navspace.vertices.size());
+  for (const auto& [first, second] : navspace.edges)
+    later_neighbours[static_cast<std::size_t>(first)].push_back(second);
   RenderNeeds needs;
+  std::size_t number = 0;
   for (const RenderRequest& request : shot.renders) {
-    const std::vector<VirtualView> views = virtual_views(request, shot, calibration, navspace);
-    for (const auto& edge : edges_of_views(views, navspace)) needs.edges.insert(edge);
-    if (render_options(request).method == "correspondence" && request.mode != "stereo-depth") continue;
-    for (const VirtualView& view : views) needs.depths.insert(view.images.begin(), view.images.end());
+    const bool reads_depth = render_options(request).method != "correspondence" || request.mode == "stereo-depth";
+    for (const VirtualView& view : virtual_views(request, shot, calibration, navspace)) {
+      for (const int image : view.images) {
+        if (reads_depth) needs.depths.emplace(image, number);
+        for (const int other : later_neighbours[static_cast<std::size_t>(image)])
+          if (std::ranges::binary_search(view.images, other)) needs.edges.emplace(std::pair(image, other), number);
+      }
+      ++number;
+    }
   }
   return needs;
 }

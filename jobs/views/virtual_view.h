@@ -1,8 +1,9 @@
 #pragma once
 /// From a [[render]] to virtual cameras, and which recorded images each needs. Light: the scheduler plans with it, the
 /// render kind draws with it.
+#include <algorithm>
+#include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -70,14 +71,21 @@ struct VirtualView {
 std::vector<VirtualView> virtual_views(const RenderRequest& request, const Shot& shot, const Calibration& calibration,
                                        const Navspace& navspace);
 
-/// Edges (pairs of vertices, first < second) that the views' images have between them.
-std::vector<std::pair<int, int>> edges_of_views(const std::vector<VirtualView>& views, const Navspace& navspace);
-
-/// What all renders of a shot read.
+/// What all renders of a shot read, with the number of the first view that does, counted over all renders in their
+/// order: what is needed first is to be made first.
 struct RenderNeeds {
-  std::set<std::pair<int, int>> edges;  ///< first < second
-  std::set<int> depths;                 ///< vertices whose depth is read
+  std::map<std::pair<int, int>, std::size_t> edges;  ///< vertices, first < second: maps between a view's images
+  std::map<int, std::size_t> depths;                 ///< vertices whose depth is read
 };
 RenderNeeds render_needs(const Shot& shot, const Calibration& calibration, const Navspace& navspace);
+
+/// The keys in the order of their numbers; equal numbers by key.
+template <class Key>
+std::vector<Key> by_first_use(const std::map<Key, std::size_t>& first_use) {
+  std::vector<Key> keys;
+  for (const auto& [key, number] : first_use) keys.push_back(key);
+  std::ranges::stable_sort(keys, {}, [&](const Key& key) { return first_use.at(key); });
+  return keys;
+}
 
 }  // namespace vantage

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <random>
+#include <set>
 
 #include "jobs/views/frame_plan.h"
 #include "jobs/views/key_frames.h"
@@ -32,8 +33,14 @@ Rig arc_rig(int num_cameras, int num_frames) {
   rig.navspace.radius = 4;
   for (int c = 0; c < num_cameras; ++c) {
     const std::string name = "cam" + std::to_string(c);
-    rig.shot.cameras.push_back(
-        {.name = name, .footage = "", .fps = {}, .start_s = {}, .trim_end_s = {}, .mask = "", .key_color = "", .calibration = ""});
+    rig.shot.cameras.push_back({.name = name,
+                                .footage = "",
+                                .fps = {},
+                                .start_s = {},
+                                .trim_end_s = {},
+                                .mask = "",
+                                .key_color = "",
+                                .calibration = ""});
     rig.calibration.cameras[name] = {name, c + 1, {320, 180, 300, 300, 160, 90}, {}};
     const double azimuth = 8.0 * c - 4.0 * (num_cameras - 1);
     const Eigen::Vector3d eye = world_point(rig.navspace, {azimuth, 0, 4.0 + 0.1 * c});
@@ -248,7 +255,27 @@ TEST(VirtualViews, ReadTheFramesAroundTheTimeOfTheCamerasBesideTheCell) {
   for (int c = 1; c <= 6; ++c)
     for (int k : {2, 3}) expected.push_back(6 * c + k);
   EXPECT_EQ(views[0].images, expected);
-  for (const auto& [i, k] : edges_of_views(views, rig.navspace)) EXPECT_LT(i, k);
+}
+
+TEST(RenderNeeds, WhatTheFirstViewReadsComesFirst) {
+  Rig rig = arc_rig(8, 6);
+  RenderRequest late = request_of("view"), early = request_of("view");
+  late.keyframes = {{0, 0.43, 20, 0}};
+  early.keyframes = {{0, 0.03, -20, 0}};
+  rig.shot.renders = {late, early};
+  const RenderNeeds needs = render_needs(rig.shot, rig.calibration, rig.navspace);
+  const auto views = virtual_views(late, rig.shot, rig.calibration, rig.navspace);
+  const std::set<int> first_images(views[0].images.begin(), views[0].images.end());
+  const auto edges = by_first_use(needs.edges);
+  const auto is_first = [&](const std::pair<int, int>& edge) {
+    return first_images.contains(edge.first) && first_images.contains(edge.second);
+  };
+  EXPECT_TRUE(is_first(edges.front()));
+  EXPECT_FALSE(is_first(edges.back()));
+  EXPECT_TRUE(std::ranges::is_partitioned(edges, is_first));
+  EXPECT_TRUE(std::ranges::is_partitioned(by_first_use(needs.depths), [&](int v) { return first_images.contains(v); }));
+  EXPECT_EQ(needs.edges.at(edges.back()), 1U);
+  for (const auto& [i, k] : edges) EXPECT_LT(i, k);
 }
 
 TEST(VirtualViews, StereoEyesAreParallelAndMeetAtTheCentre) {
