@@ -23,6 +23,16 @@ int ram_mb(const FramePlan& plan, const Calibration& calibration) {
   return 200 + static_cast<int>(bytes / 1e6);
 }
 
+std::set<std::string> depths_read(const FramePlan& plan) {
+  std::set<std::string> jobs;
+  if (plan.reads_depth())
+    for (const PlannedImage& image : plan.images) jobs.insert(depth_job(image.id));
+  if (plan.stereo)
+    for (const DisparityKnot& knot : plan.stereo->knots)
+      for (const ImageId& image : knot.images) jobs.insert(depth_job(image));
+  return jobs;
+}
+
 WorkUnit unit_of(const RenderRequest& request, const VirtualView& view, const Calibration& calibration,
                  const Navspace& navspace) {
   const FramePlan plan = plan_frame(view, request, calibration, navspace);
@@ -36,8 +46,7 @@ WorkUnit unit_of(const RenderRequest& request, const VirtualView& view, const Ca
   for (const auto& [a, b] : plan.edges)
     unit.needs.push_back(
         correspond_job(plan.images[static_cast<std::size_t>(a)].id, plan.images[static_cast<std::size_t>(b)].id));
-  if (plan.reads_depth())
-    for (const PlannedImage& image : plan.images) unit.needs.push_back(depth_job(image.id));
+  for (const std::string& depth : depths_read(plan)) unit.needs.push_back(depth);
   const std::string out = fmt::format("render/{}/frame.{:06d}", request.name, view.frame);
   unit.links = {{"frame.exr", out + ".exr"}, {"frame.png", out + ".png"}};
   unit.need = {.cores = 1, .ram_mb = ram_mb(plan, calibration), .timeout_s = 3600};

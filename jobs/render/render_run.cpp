@@ -2,8 +2,10 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "jobs/render/measure_disparity.h"
 #include "jobs/render/render_job.h"
 #include "jobs/render/render_view.h"
+#include "jobs/render/scene_disparity.h"
 #include "jobs/render/write_frame.h"
 #include "jobs/vision/shot_images.h"
 #include "schema/base/error.h"
@@ -37,18 +39,50 @@ void read_flows(JobContext& context, const FramePlan& plan, std::vector<SourceIm
   }
 }
 
+/// What becomes of disparity in this frame: the mean of its knots' maps.
+DisparityCurve curve_of(JobContext& context, const StereoPlan& plan) {
+  if (!plan.mapping.needs_scene()) return disparity_curve(plan.mapping, {});
+  const ShotImages shot(context);
+  std::optional<DisparityCurve> curve;
+  double weight = 0;
+  for (const DisparityKnot& knot : plan.knots) {
+    std::vector<KnotDepth> depths;
+    for (const ImageId& image : knot.images)
+      depths.push_back({shot.pinhole(image), shot.cam_from_world(image),
+                        read_depth(context.input(depth_job(image)) / "depth.exr").z});
+    const DisparityCurve here = disparity_curve(plan.mapping, scene_disparities(knot, depths));
+    weight += knot.weight;
+    curve = curve ? DisparityCurve::mean(*curve, here, knot.weight / weight) : here;
+  }
+  check(curve.has_value(), "a frame whose map needs the scene has knots");
+  return *curve;
+}
+
+/// Bars, records and figures of a pair.
+void finish_pair(JobContext& context, ViewPicture& left, ViewPicture& right, const StereoPlan& plan,
+                 const DisparityCurve& curve) {
+  const FrameDisparity disparity = measure_disparity(left, right, plan, curve);
+  draw_floating_window(left, right, plan);
+  write_frame_disparity(context.out("disparity.json"), disparity);
+  context.figure("disparity", to_json(disparity));
+}
+
 }  // namespace
 
 void RenderJob::run(JobContext& context, const Params&) {
-  const FramePlan plan = frame_plan_from(context.unit());
+  FramePlan plan = frame_plan_from(context.unit());
   context.progress(0, "reading");
   std::vector<SourceImage> images = read_images(context, plan);
   read_flows(context, plan, images);
+  const DisparityCurve curve = plan.stereo ? curve_of(context, *plan.stereo) : DisparityCurve();
+  for (PlannedEye& eye : plan.eyes)
+    if (eye.disparity) eye.disparity->curve = curve;
   std::vector<NamedPicture> views;
   for (const PlannedEye& eye : plan.eyes) {
     context.progress(0.2 + 0.7 * static_cast<double>(views.size()) / static_cast<double>(plan.eyes.size()), "drawing");
     views.push_back({eye.name, render_eye(images, plan, eye)});
   }
+  if (plan.stereo) finish_pair(context, views.at(0).picture, views.at(1).picture, *plan.stereo, curve);
   context.progress(0.9, "writing");
   write_frame_exr(context.out("frame.exr"), views);
   const cv::Mat png = frame_png(views);

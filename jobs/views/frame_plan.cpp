@@ -7,31 +7,10 @@
 #include <limits>
 #include <map>
 
+#include "jobs/views/camera_json.h"
+
 namespace vantage {
 namespace {
-
-Json to_json(const Pinhole& p) {
-  return {{"width", p.width}, {"height", p.height}, {"fx", p.fx}, {"fy", p.fy}, {"cx", p.cx}, {"cy", p.cy}};
-}
-
-Pinhole pinhole_from(const Json& j) {
-  return {j.at("width"), j.at("height"), j.at("fx"), j.at("fy"), j.at("cx"), j.at("cy")};
-}
-
-Json to_json(const RigidTransform& pose) {
-  Json numbers = Json::array();
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) numbers.push_back(pose.R(r, c));
-  for (int r = 0; r < 3; ++r) numbers.push_back(pose.t[r]);
-  return numbers;
-}
-
-RigidTransform pose_from(const Json& j) {
-  RigidTransform pose;
-  for (std::size_t k = 0; k < 9; ++k) pose.R(static_cast<int>(k / 3), static_cast<int>(k % 3)) = j.at(k).get<double>();
-  for (std::size_t k = 0; k < 3; ++k) pose.t[static_cast<int>(k)] = j.at(9 + k).get<double>();
-  return pose;
-}
 
 Json to_json(const PlannedEye& eye) {
   Json j = {{"name", eye.name},
@@ -39,19 +18,14 @@ Json to_json(const PlannedEye& eye) {
             {"pose", to_json(eye.cam_from_world)},
             {"mu", eye.mu},
             {"share", eye.share}};
-  if (eye.disparity)
-    j["disparity"] = {eye.disparity->sign, eye.disparity->focal_baseline, eye.disparity->inverse_convergence,
-                      eye.disparity->gain, eye.disparity->offset_px};
+  if (eye.disparity) j["shift_sign"] = eye.disparity->sign;
   return j;
 }
 
-PlannedEye eye_from(const Json& j) {
+PlannedEye eye_from(const Json& j, const std::optional<StereoPlan>& stereo) {
   PlannedEye eye{j.at("name"), pinhole_from(j.at("pinhole")), pose_from(j.at("pose")), j.at("mu"), j.at("share"),
                  std::nullopt};
-  if (j.contains("disparity")) {
-    const Json& d = j.at("disparity");
-    eye.disparity = DisparityRule{d.at(0), d.at(1), d.at(2), d.at(3), d.at(4)};
-  }
+  if (j.contains("shift_sign")) eye.disparity = DisparityRule{j.at("shift_sign"), stereo.value().rig, {}};
   return eye;
 }
 
@@ -136,7 +110,9 @@ FramePlan plan_frame(const VirtualView& view, const RenderRequest& request, cons
   plan.time_s = view.time_s;
   plan.scene_distance = (view.cam_from_world * navspace.centre).norm();
   plan.method = request.mode == "stereo-depth" ? "depth" : render_options(request).method;
-  plan.outside = view.location.outside;
+  plan.outside = view.location.outside || std::any_of(view.eyes.begin(), view.eyes.end(),
+                                                      [](const VirtualEye& eye) { return eye.location.outside; });
+  if (request.mode != "view") plan.stereo = view.stereo;
   std::map<int, std::size_t> place;
   for (const int v : view.images) {
     place[v] = plan.images.size();
@@ -144,8 +120,9 @@ FramePlan plan_frame(const VirtualView& view, const RenderRequest& request, cons
     plan.images.push_back({vertex.image, vertex.time_s});
   }
   for (const VirtualEye& eye : view.eyes) {
-    PlannedEye planned{eye.name, eye.pinhole,  eye.cam_from_world, std::vector<double>(plan.images.size(), 0.0),
-                       {},       eye.disparity};
+    PlannedEye planned{eye.name, eye.pinhole, eye.cam_from_world, std::vector<double>(plan.images.size(), 0.0),
+                       {},       std::nullopt};
+    if (eye.shift_sign != 0) planned.disparity = DisparityRule{eye.shift_sign, view.stereo->rig, {}};
     for (std::size_t k = 0; k < eye.location.vertices.size(); ++k)
       planned.mu[place.at(eye.location.vertices[k])] = eye.location.weights[k];
     std::vector<double> distances;
@@ -165,18 +142,25 @@ Json to_json(const FramePlan& plan) {
   for (const PlannedImage& image : plan.images)
     images.push_back({{"camera", image.id.camera}, {"frame", image.id.frame}, {"time_s", image.time_s}});
   for (const PlannedEye& eye : plan.eyes) eyes.push_back(to_json(eye));
-  return {{"time_s", plan.time_s},  {"scene_distance", plan.scene_distance},
-          {"method", plan.method},  {"images", images},
-          {"edges", plan.edges},    {"eyes", eyes},
-          {"outside", plan.outside}};
+  Json unit = {{"time_s", plan.time_s},  {"scene_distance", plan.scene_distance},
+               {"method", plan.method},  {"images", images},
+               {"edges", plan.edges},    {"eyes", eyes},
+               {"outside", plan.outside}};
+  if (plan.stereo) unit["stereo"] = to_json(*plan.stereo);
+  return unit;
 }
 
 FramePlan frame_plan_from(const Json& unit) {
-  FramePlan plan{unit.at("time_s"), unit.at("scene_distance"), unit.at("method"), {}, unit.at("edges"), {},
-                 unit.at("outside")};
+  FramePlan plan;
+  plan.time_s = unit.at("time_s");
+  plan.scene_distance = unit.at("scene_distance");
+  plan.method = unit.at("method");
+  plan.edges = unit.at("edges");
+  plan.outside = unit.at("outside");
   for (const Json& image : unit.at("images"))
     plan.images.push_back({{image.at("camera"), image.at("frame")}, image.at("time_s")});
-  for (const Json& eye : unit.at("eyes")) plan.eyes.push_back(eye_from(eye));
+  if (unit.contains("stereo")) plan.stereo = stereo_plan_from(unit.at("stereo"));
+  for (const Json& eye : unit.at("eyes")) plan.eyes.push_back(eye_from(eye, plan.stereo));
   return plan;
 }
 

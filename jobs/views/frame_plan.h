@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "jobs/views/render_options.h"
+#include "jobs/views/stereo_plan.h"
 #include "jobs/views/virtual_view.h"
 #include "schema/base/json.h"
 
@@ -22,7 +23,7 @@ struct PlannedEye {
   RigidTransform cam_from_world;
   std::vector<double> mu;     ///< barycentric weight per image; sum 1
   std::vector<double> share;  ///< weight of an image's colours: its camera's mu, by closeness in place and time; sum 1
-  std::optional<DisparityRule> disparity;
+  std::optional<DisparityRule> disparity;  ///< mode "stereo-depth"; its curve is made where depth can be read
 };
 
 struct FramePlan {
@@ -33,7 +34,8 @@ struct FramePlan {
   std::vector<std::pair<int, int>>
       edges;  ///< places in images whose maps are read; the first is the vertex with the smaller index
   std::vector<PlannedEye> eyes;
-  bool outside = false;  ///< the view lies outside the recording hull
+  bool outside = false;  ///< the view, or an eye of it, lies outside the recording hull
+  std::optional<StereoPlan> stereo;
   bool reads_depth() const { return method != "correspondence"; }
 };
 

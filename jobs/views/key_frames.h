@@ -5,7 +5,7 @@
 
 namespace vantage {
 
-/// The path at output time at_s, through all key frames: monotone cubic (Fritsch & Carlson 1980), each value on its
+/// The path at output time at_s, through all key frames: monotone cubic (monotone_cubic.h), each value on its
 /// own. Between equal values a value stays exactly put (freeze and rotate), it never overshoots a key, two keys make a
 /// straight line; before the first and after the last key the path stands still. keys: at least one, at_s rising.
 KeyFrame path_at(const std::vector<KeyFrame>& keys, double at_s);

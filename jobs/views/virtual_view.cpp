@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "jobs/views/key_frames.h"
 #include "jobs/views/nav_locator.h"
@@ -66,6 +65,7 @@ class Planner {
       for (const VirtualEye& eye : view.eyes) locations.push_back(eye.location);
       view.images = images_.around(locations, view.time_s);
     }
+    add_knots(views);
     return views;
   }
 
@@ -82,6 +82,7 @@ class Planner {
       const SpherePoint place = place_on_surface(view.location, view.time_s);
       view.nav = {place.azimuth_deg, place.elevation_deg, view.time_s};
       view.cam_from_world = look_at(world_point(navspace_, place), navspace_.centre, navspace_.axes.row(1).transpose());
+      if (request_.mode != "view") view.stereo = stereo_of(view, std::nullopt);
       views.push_back(std::move(view));
     }
     return views;
@@ -118,7 +119,8 @@ class Planner {
       view.time_s = v.time_s;
       view.pinhole = v.pinhole;
       view.cam_from_world = into_calibration * v.cam_from_world;
-      if (v.baseline) view.baseline = into_calibration.scale * *v.baseline;
+      if (request_.mode != "view")
+        view.stereo = stereo_of(view, v.baseline ? std::optional(into_calibration.scale * *v.baseline) : std::nullopt);
       view.nav = nav_of(view.cam_from_world, v.time_s);
       view.location = locator_.locate(view.nav);
       views.push_back(std::move(view));
@@ -132,39 +134,53 @@ class Planner {
   }
 
   void add_eyes(VirtualView& view) const {
-    if (request_.mode == "view") {
-      view.eyes = {{"", view.pinhole, view.cam_from_world, view.location, std::nullopt}};
+    if (!view.stereo) {
+      view.eyes = {{"", view.pinhole, view.cam_from_world, view.location}};
       return;
     }
-    const double radius = (view.cam_from_world.centre() - navspace_.centre).norm();
-    if (options_.baseline > 0) view.baseline = options_.baseline;
-    if (!view.baseline) view.baseline = 2 * radius * std::sin(options_.eye_azimuth_deg * std::numbers::pi / 360);
-    const double scene = request_.views.empty() ? 1 / radius : 0;
-    const double inverse_convergence = options_.convergence > 0 ? 1 / options_.convergence : scene;
     for (const double sign : {1.0, -1.0})
-      view.eyes.push_back(request_.mode == "stereo" ? displaced_eye(view, sign, inverse_convergence)
-                                                    : depth_eye(view, sign, inverse_convergence));
+      view.eyes.push_back(request_.mode == "stereo" ? displaced_eye(view, sign) : shifted_eye(view, sign));
+  }
+
+  StereoPlan stereo_of(const VirtualView& view, std::optional<double> baseline) const {
+    const double centre_distance = (view.cam_from_world.centre() - navspace_.centre).norm();
+    return {.rig = stereo_rig(options_, view.pinhole,
+                              {.centre_distance = centre_distance,
+                               .default_convergence = request_.views.empty() ? centre_distance : 0,
+                               .baseline = baseline,
+                               .where = request_.options.where("baseline_percent")}),
+            .mapping = disparity_mapping(request_, view.pinhole.width),
+            .knots = {},
+            .floating_window_percent = options_.floating_window_percent};
   }
 
   /// Same orientation as the middle camera, so that nothing is displaced vertically. sign: +1 left, -1 right.
-  VirtualEye displaced_eye(const VirtualView& view, double sign, double inverse_convergence) const {
-    VirtualEye eye;
-    eye.name = sign > 0 ? "left" : "right";
-    eye.pinhole = view.pinhole;
-    eye.pinhole.cx -= 0.5 * sign * view.pinhole.fx * *view.baseline * inverse_convergence;
-    eye.cam_from_world = view.cam_from_world;
-    eye.cam_from_world.t.x() += 0.5 * sign * *view.baseline;
+  VirtualEye displaced_eye(const VirtualView& view, double sign) const {
+    const StereoRig& rig = view.stereo->rig;
+    VirtualEye eye{eye_name(sign), rig.eye_pinhole(view.pinhole, sign), rig.eye_pose(view.cam_from_world, sign), {}};
     eye.location = locator_.locate(nav_of(eye.cam_from_world, view.time_s));
     return eye;
   }
 
-  VirtualEye depth_eye(const VirtualView& view, double sign, double inverse_convergence) const {
-    return {sign > 0 ? "left" : "right", view.pinhole, view.cam_from_world, view.location,
-            DisparityRule{.sign = sign,
-                          .focal_baseline = view.pinhole.fx * *view.baseline,
-                          .inverse_convergence = inverse_convergence,
-                          .gain = options_.disparity_gain,
-                          .offset_px = options_.disparity_offset_px}};
+  static VirtualEye shifted_eye(const VirtualView& view, double sign) {
+    return {eye_name(sign), view.pinhole, view.cam_from_world, view.location, sign};
+  }
+
+  static std::string eye_name(double sign) { return sign > 0 ? "left" : "right"; }
+
+  void add_knots(std::vector<VirtualView>& views) const {
+    if (views.empty() || !views.front().stereo || !views.front().stereo->mapping.needs_scene()) return;
+    const auto weights = knot_weights(static_cast<int>(views.size()), request_.fps);
+    for (std::size_t n = 0; n < views.size(); ++n)
+      for (const KnotWeight& w : weights[n])
+        views[n].stereo->knots.push_back(knot_of(views[static_cast<std::size_t>(w.frame)], w.weight));
+  }
+
+  DisparityKnot knot_of(const VirtualView& view, double weight) const {
+    DisparityKnot knot{weight, view.pinhole, view.cam_from_world, view.stereo->rig, {}};
+    for (const int v : view.location.vertices)
+      knot.images.push_back(navspace_.vertices[static_cast<std::size_t>(v)].image);
+    return knot;
   }
 
   const RenderRequest& request_;

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "jobs/views/stereo_plan.h"
 #include "schema/formats/calibration.h"
 #include "schema/formats/navspace.h"
 #include "schema/formats/views_file.h"
@@ -29,24 +30,14 @@ struct NavLocation {
 /// For many points make a NavLocator (nav_locator.h).
 NavLocation locate(const Navspace& navspace, const NavPoint& point);
 
-/// Depth-image-based stereo: a point at distance z of the middle camera is drawn at its place there plus
-/// sign / 2 * (gain * focal_baseline * (1 / z - inverse_convergence) + offset_px) along x.
-struct DisparityRule {
-  double sign = 0;  ///< +1 left eye, -1 right eye
-  double focal_baseline = 0, inverse_convergence = 0;
-  double gain = 1, offset_px = 0;
-  double shift_px(double z) const {
-    return 0.5 * sign * (gain * focal_baseline * (1 / z - inverse_convergence) + offset_px);
-  }
-};
-
 /// One picture to draw.
 struct VirtualEye {
   std::string name;  ///< "", or "left" and "right"
   Pinhole pinhole;   ///< stereo: centre shifted so that points at the convergence distance coincide
   RigidTransform cam_from_world;
-  NavLocation location;                    ///< the images to interpolate
-  std::optional<DisparityRule> disparity;  ///< mode "stereo-depth": pose is the middle camera's
+  NavLocation location;   ///< the images to interpolate
+  double shift_sign = 0;  ///< mode "stereo-depth": the camera is the middle one, things are shifted by their disparity
+                          ///< (DisparityRule): +1 left, -1 right; 0: not shifted
 };
 
 /// One output frame to be.
@@ -54,8 +45,8 @@ struct VirtualView {
   int frame = 0;
   double time_s = 0;
   Pinhole pinhole;
-  RigidTransform cam_from_world;   ///< stereo: the middle camera
-  std::optional<double> baseline;  ///< stereo: world units
+  RigidTransform cam_from_world;  ///< stereo: the middle camera
+  std::optional<StereoPlan> stereo;
   NavPoint nav;
   NavLocation location;          ///< the images to interpolate (of the middle camera)
   std::vector<VirtualEye> eyes;  ///< one, or two

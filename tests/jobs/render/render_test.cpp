@@ -177,11 +177,11 @@ TEST(Render, DepthStereoPutsNearThingsRightInTheLeftEye) {
   b.plan.method = "depth";
   PlannedEye left = eye_between(b, {1, 0, 0, 0}), right = left;
   const double z = b.images[0].depth.z(kHeight / 2, kWidth / 2);
-  left.disparity = DisparityRule{
-      .sign = 1, .focal_baseline = left.pinhole.fx * 0.1, .inverse_convergence = 0, .gain = 1, .offset_px = 0};
-  right.disparity = left.disparity;
-  right.disparity->sign = -1;
-  EXPECT_NEAR(left.disparity->shift_px(z) - right.disparity->shift_px(z), left.pinhole.fx * 0.1 / z, 1e-9);
+  const StereoRig rig{0.1, left.pinhole.fx * 0.1, 0};
+  const DisparityRule to_the_right{1, rig, {}}, to_the_left{-1, rig, {}};
+  EXPECT_NEAR(to_the_right.shift_px(z) - to_the_left.shift_px(z), left.pinhole.fx * 0.1 / z, 1e-9);
+  left.disparity = to_the_right;
+  right.disparity = to_the_left;
   // The left picture is what a camera half the distance to the left would see.
   RigidTransform displaced = left.cam_from_world;
   displaced.t.x() += 0.05;

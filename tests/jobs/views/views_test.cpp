@@ -286,7 +286,7 @@ TEST(VirtualViews, StereoEyesAreParallelAndMeetAtTheCentre) {
   ASSERT_EQ(v.eyes.size(), 2U);
   EXPECT_NEAR((v.eyes[0].cam_from_world.R - v.cam_from_world.R).norm(), 0, 1e-12);
   const Eigen::Vector3d apart = v.eyes[1].cam_from_world.centre() - v.eyes[0].cam_from_world.centre();
-  EXPECT_NEAR(v.cam_from_world.R.row(0).dot(apart), *v.baseline, 1e-9);
+  EXPECT_NEAR(v.cam_from_world.R.row(0).dot(apart), v.stereo->rig.baseline, 1e-9);
   const auto pixel = [&](const VirtualEye& eye, const Eigen::Vector3d& p) {
     return eye.pinhole.project(eye.cam_from_world * p);
   };
