@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "jobs/correspond/vector_clones.h"
+#include "jobs/render/behind_edges.h"
 #include "jobs/render/filled_depth.h"
 
 namespace vantage {
@@ -75,6 +76,9 @@ PixelPlaces::PixelPlaces(std::span<const SourceImage> images, int i, const ViewC
       into_view_(projection_to(view.pinhole, view.cam_from_world)) {
   if (depth_.z.empty()) depth_.z = depth_.confidence = cv::Mat1f(image_.bgr.size(), 0.0F);
   z_ = filled_depth(depth_.z, options.scene_distance);
+  cv::Mat1f confidence;  // the image's own stays as it is
+  cv::multiply(depth_.confidence, worth_behind_edges(z_), confidence);
+  depth_.confidence = confidence;
   if (later_ < 0) return;
   const SourceImage& later = images_[static_cast<std::size_t>(later_)];
   into_later_ = projection_to(later.pinhole, later.cam_from_world);

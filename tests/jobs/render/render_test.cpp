@@ -3,6 +3,7 @@
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 
+#include "jobs/render/behind_edges.h"
 #include "jobs/render/push_pull.h"
 #include "jobs/render/render_view.h"
 #include "jobs/render/write_frame.h"
@@ -192,16 +193,34 @@ TEST(Render, DepthStereoPutsNearThingsRightInTheLeftEye) {
   EXPECT_GE(own, other + 5);
 }
 
-TEST(Render, IsTheSameEachTime) {
+TEST(BehindEdges, OnlyTheFarSideOfASilhouetteIsWorthLess) {
+  cv::Mat1f z(9, 20, 2.0F);
+  z.colRange(10, 20).setTo(5);
+  const cv::Mat1f worth = worth_behind_edges(z);
+  EXPECT_EQ(worth(4, 9), 1) << "the near surface";
+  EXPECT_LT(worth(4, 10), worth(4, 11));
+  EXPECT_LT(worth(4, 11), 1);
+  EXPECT_EQ(worth(4, 12), 1);
+}
+
+TEST(Render, IsTheSameEachTimeAndForAnyNumberOfThreads) {
   Bench b = bench(true);
   const PlannedEye eye = eye_between(b, kBetween);
   const ViewPicture one = render_eye(b.images, b.plan, eye), two = render_eye(b.images, b.plan, eye);
   EXPECT_EQ(cv::norm(one.bgr, two.bgr, cv::NORM_INF), 0);
+  cv::setNumThreads(1);
+  const ViewPicture alone = render_eye(b.images, b.plan, eye);
+  cv::setNumThreads(3);
+  const ViewPicture many = render_eye(b.images, b.plan, eye);
+  cv::setNumThreads(-1);
+  EXPECT_EQ(cv::norm(alone.bgr, many.bgr, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(alone.bgr, one.bgr, cv::NORM_INF), 0);
 }
 
 TEST(WriteFrame, StereoExrHasBothViewsInLinearLight) {
   const TemporaryFolder folder;
-  ViewPicture left{cv::Mat3f(4, 6, cv::Vec3f(0.5F, 0.25F, 1)), cv::Mat1f(4, 6, 1.0F), cv::Mat1f(4, 6, 3.0F), cv::Mat1f(4, 6, 0.25F)},
+  ViewPicture left{cv::Mat3f(4, 6, cv::Vec3f(0.5F, 0.25F, 1)), cv::Mat1f(4, 6, 1.0F), cv::Mat1f(4, 6, 3.0F),
+                   cv::Mat1f(4, 6, 0.25F)},
       right = left;
   right.bgr = cv::Mat3f(4, 6, cv::Vec3f(0, 0, 0));
   write_frame_exr(folder.path() / "f.exr", {{"left", left}, {"right", right}});
