@@ -3,6 +3,7 @@
 #include "jobs/all_jobs.h"
 #include "jobs/probe/probe_kinds.h"
 #include "jobs/probe/selftest_job.h"
+#include "worker/export_command.h"
 #include "worker/probe_command.h"
 #include "worker/worker_main.h"
 
@@ -13,5 +14,6 @@ int main(int argc, char** argv) {
        .light_program = "vantage-probe-jobs",
        .light_kinds = vantage::capabilities_of(vantage::runs_of(vantage::ProbeJobs{})).kinds,
        .limit_threads = cv::setNumThreads,
-       .probe = vantage::run_probe_command});
+       .probe = vantage::run_probe_command,
+       .export_depth = vantage::run_export_command});
 }

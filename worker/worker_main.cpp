@@ -18,10 +18,13 @@ struct Cli {
   CLI::App app{"Runs the jobs of a Vantage farm: `vantage-worker --bus URL --farm-key FILE --state DIR`."};
   WorkerOptions worker;
   ExecOptions exec;
+  ExportOptions depth;
   std::vector<std::string> footage;
   bool json = false;
   CLI::App* exec_command = nullptr;
   CLI::App* probe_command = nullptr;
+  CLI::App* points_command = nullptr;
+  CLI::App* mesh_command = nullptr;
   CLI::App* kinds_command = nullptr;
   CLI::App* fork_server_command = nullptr;
 };
@@ -57,6 +60,22 @@ void declare_exec(Cli& cli) {
   cli.exec_command->add_option("--spec-hash", cli.exec.spec_hash, "refuse a job file with another hash");
 }
 
+void declare_export(Cli& cli) {
+  cli.points_command = cli.app.add_subcommand(
+      "points", "write what the cameras' depth maps agree on at a moment as a coloured point cloud with normals");
+  cli.points_command->add_option("--time-s", cli.depth.time_s, "moment on the shot's clock")->capture_default_str();
+  cli.mesh_command = cli.app.add_subcommand(
+      "mesh", "write an image's depth map as triangles, torn where depth steps: .ply, or .obj with its picture");
+  cli.mesh_command->add_option("--image", cli.depth.image, "such as cam0-000003")->required();
+  for (CLI::App* command : {cli.points_command, cli.mesh_command}) {
+    command->add_option("shot", cli.depth.shot, "folder of a shot that was run with [depth]")->required();
+    command->add_option("--to", cli.depth.to, "file to write")->required();
+    command->add_option("--min-confidence", cli.depth.min_confidence, "depths below are left out")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
+  }
+}
+
 void declare(Cli& cli, const WorkerProgram& program) {
   cli.app.require_subcommand(0, 1);
   cli.app.set_version_flag("--version", "vantage-worker " VANTAGE_VERSION);
@@ -67,6 +86,7 @@ void declare(Cli& cli, const WorkerProgram& program) {
     cli.probe_command->add_option("footage", cli.footage, "videos, or patterns of stills")->required();
     cli.probe_command->add_flag("--json", cli.json, "for programs");
   }
+  if (program.export_depth) declare_export(cli);
   cli.kinds_command = cli.app.add_subcommand("kinds", "list the kinds of jobs");
   cli.kinds_command->add_flag("--json", cli.json, "for programs");
   cli.fork_server_command = cli.app.add_subcommand("fork-server", "started by a worker for itself")->group("");
@@ -88,6 +108,8 @@ int print_kinds(const RunTable& runs, bool json) {
 int run(const Cli& cli, const WorkerProgram& program) {
   if (cli.exec_command->parsed()) return run_exec_command(cli.exec, program);
   if (cli.probe_command != nullptr && cli.probe_command->parsed()) return program.probe(cli.footage, cli.json);
+  if (program.export_depth && (cli.points_command->parsed() || cli.mesh_command->parsed()))
+    return program.export_depth(cli.depth);
   if (cli.kinds_command->parsed()) return print_kinds(program.runs, cli.json);
   if (cli.fork_server_command->parsed())
     return run_fork_server(kForkServerSocket, [&program](const ChildRequest& request, ChildLink& link) {

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "worker/export_command.h"
 #include "worker/run_table.h"
 
 namespace vantage {
@@ -17,10 +18,12 @@ struct WorkerProgram {
   std::function<void(int cores)> limit_threads = [](int) {};
   /// `probe FILE…`, for programs that can read footage; returns the exit status. Empty: no such command.
   std::function<int(const std::vector<std::string>& footage, bool json)> probe = {};
+  /// `points SHOT` and `mesh SHOT`, for programs that can read depth maps. Empty: no such commands.
+  std::function<int(const ExportOptions&)> export_depth = {};
 };
 
-/// The whole of a worker's main(): serves a farm, or runs one of the commands `exec`, `kinds`, `probe`.
-/// Returns the exit status: 0, 1 failed, 2 misuse. Must be called before any thread is made.
+/// The whole of a worker's main(): serves a farm, or runs one of the commands `exec`, `kinds`, `probe`, `points`,
+/// `mesh`. Returns the exit status: 0, 1 failed, 2 misuse. Must be called before any thread is made.
 int worker_main(int argc, char** argv, const WorkerProgram& program);
 
 }  // namespace vantage
