@@ -4,6 +4,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "jobs/correspond/coarse_to_fine_flow.h"
+#include "jobs/correspond/fill_hidden.h"
 #include "jobs/correspond/fuse_flow.h"
 #include "jobs/correspond/interpolate_matches.h"
 #include "jobs/correspond/patch_match.h"
@@ -39,11 +40,13 @@ cv::Mat2f jumped(const cv::Mat1f& from, const cv::Mat1f& to, const std::vector<S
 
 FlowPair search(const cv::Mat1b& a8, const cv::Mat1b& b8, const FreeFlowOptions& options) {
   const cv::Mat1f a = prefiltered(a8), b = prefiltered(b8);
-  const FlowPair near{coarse_to_fine_flow(a, b, {.warps = 2}), coarse_to_fine_flow(b, a, {.warps = 2})};
-  if (!options.jumps) return near;
-  const SparseMatches matches = patch_matches(a, b, {});
-  const FlowPair far{jumped(a, b, matches.a_to_b), jumped(b, a, matches.b_to_a)};
-  return fuse_flows(a8, b8, near, far, {});
+  FlowPair flow{coarse_to_fine_flow(a, b, {.warps = 2}), coarse_to_fine_flow(b, a, {.warps = 2})};
+  if (options.jumps) {
+    const SparseMatches matches = patch_matches(a, b, {});
+    flow = fuse_flows(a8, b8, flow, {jumped(a, b, matches.a_to_b), jumped(b, a, matches.b_to_a)}, {});
+  }
+  fill_hidden(a, b, flow);
+  return flow;
 }
 
 }  // namespace
@@ -53,8 +56,9 @@ FlowPair free_flow(const cv::Mat1b& a, const cv::Mat1b& b, const FreeFlowOptions
   FlowPair flow = search(shrunk(a, options.max_search_pixels), shrunk(b, options.max_search_pixels), options);
   const cv::Mat1f full_a = prefiltered(a), full_b = prefiltered(b);
   flow = {resized_motion(flow.a_to_b, a.size()), resized_motion(flow.b_to_a, b.size())};
-  refine_variational(full_a, full_b, {}, flow.a_to_b, {.warps = 2});
-  refine_variational(full_b, full_a, {}, flow.b_to_a, {.warps = 2});
+  const cv::Mat1f trust_a = comes_back(flow.a_to_b, flow.b_to_a), trust_b = comes_back(flow.b_to_a, flow.a_to_b);
+  refine_variational(full_a, full_b, trust_a, flow.a_to_b, {.warps = 2});
+  refine_variational(full_b, full_a, trust_b, flow.b_to_a, {.warps = 2});
   return flow;
 }
 

@@ -88,7 +88,7 @@ class CellFit {
     for (const CellDistance& near : around)
       for (const SparseMatch* match : matches_in_[static_cast<std::size_t>(near.cell)])
         samples_[k].push_back({place(k, match->at),
-                               {static_cast<float>(match->motion.x), static_cast<float>(match->motion.y)},
+                               {match->motion.x, match->motion.y},
                                std::exp(-(near.distance - first_distance(around)) / options_.reach)});
     motion_[k].setZero();
     if (samples_[k].empty()) return;

@@ -15,8 +15,8 @@ struct PatchMatchOptions {
 };
 
 struct SparseMatch {
-  cv::Point at;      ///< pixel of the first picture
-  cv::Point motion;  ///< whole px
+  cv::Point at;        ///< pixel of the first picture
+  cv::Point2f motion;  ///< px
 };
 
 /// Both directions, each row by row. The same on every run: random numbers are hashes of seed, level and round.
