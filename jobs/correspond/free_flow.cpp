@@ -1,5 +1,6 @@
 #include "jobs/correspond/free_flow.h"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -9,7 +10,6 @@
 #include "jobs/correspond/interpolate_matches.h"
 #include "jobs/correspond/patch_match.h"
 #include "jobs/correspond/variational_flow.h"
-#include "schema/base/error.h"
 
 namespace vantage {
 namespace {
@@ -49,10 +49,23 @@ FlowPair search(const cv::Mat1b& a8, const cv::Mat1b& b8, const FreeFlowOptions&
   return flow;
 }
 
+cv::Mat1b extended(const cv::Mat1b& picture, cv::Size size) {
+  cv::Mat1b out;
+  cv::copyMakeBorder(picture, out, 0, size.height - picture.rows, 0, size.width - picture.cols, cv::BORDER_REPLICATE);
+  return out;
+}
+
+/// Both on canvases that hold either.
+FlowPair flow_of_two_sizes(const cv::Mat1b& a, const cv::Mat1b& b, const FreeFlowOptions& options) {
+  const cv::Size both(std::max(a.cols, b.cols), std::max(a.rows, b.rows));
+  const FlowPair flow = free_flow(extended(a, both), extended(b, both), options);
+  return {flow.a_to_b(cv::Rect({}, a.size())).clone(), flow.b_to_a(cv::Rect({}, b.size())).clone()};
+}
+
 }  // namespace
 
 FlowPair free_flow(const cv::Mat1b& a, const cv::Mat1b& b, const FreeFlowOptions& options) {
-  check(a.size() == b.size(), "free flow wants two pictures of one size");
+  if (a.size() != b.size()) return flow_of_two_sizes(a, b, options);
   FlowPair flow = search(shrunk(a, options.max_search_pixels), shrunk(b, options.max_search_pixels), options);
   const cv::Mat1f full_a = prefiltered(a), full_b = prefiltered(b);
   flow = {resized_motion(flow.a_to_b, a.size()), resized_motion(flow.b_to_a, b.size())};

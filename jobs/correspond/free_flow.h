@@ -14,7 +14,7 @@ struct FreeFlowOptions {
   bool jumps = true;
 };
 
-/// Both ways. a and b: 8-bit grey of one size, any contrast between them made alike before (with_levels_of). Every
+/// Both ways. a and b: 8-bit grey, any difference in contrast between them made alike before (with_levels_of). Every
 /// pixel gets a motion, also one that the other picture does not show: the background's, as far as it can be told.
 /// round_trip_px tells which are which. The same bits on every run and for any number of threads.
 FlowPair free_flow(const cv::Mat1b& a, const cv::Mat1b& b, const FreeFlowOptions& options);

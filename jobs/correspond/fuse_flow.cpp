@@ -49,9 +49,8 @@ cv::Mat2f choose(const cv::Mat1b& from, const cv::Mat1b& to, const cv::Mat2f& pr
 
 FlowPair fuse_flows(const cv::Mat1b& a, const cv::Mat1b& b, const FlowPair& predicted, const FlowPair& searched,
                     const FuseOptions& options) {
-  const FlowPair& back = options.return_by_search ? searched : predicted;
-  return {choose(a, b, predicted.a_to_b, back.b_to_a, searched.a_to_b, searched.b_to_a, options),
-          choose(b, a, predicted.b_to_a, back.a_to_b, searched.b_to_a, searched.a_to_b, options)};
+  return {choose(a, b, predicted.a_to_b, predicted.b_to_a, searched.a_to_b, searched.b_to_a, options),
+          choose(b, a, predicted.b_to_a, predicted.a_to_b, searched.b_to_a, searched.a_to_b, options)};
 }
 
 }  // namespace vantage

@@ -12,9 +12,6 @@ struct FuseOptions {
   float preference_bits = 2;
   /// Round trips up to this long are consistent.
   float consistent_px = 1.5F;
-  /// The predicted motion, too, must come back along the searched one: for predictions that always agree with
-  /// themselves.
-  bool return_by_search = false;
 };
 
 /// Per pixel, both ways. Neighbours with like grey values decide alike (guided filter over the costs, He et al. 2013).

@@ -5,8 +5,10 @@
 #include <vector>
 
 #include "jobs/correspond/dis_flow.h"
+#include "jobs/correspond/free_flow.h"
 #include "jobs/correspond/fuse_flow.h"
 #include "jobs/correspond/settle_flow.h"
+#include "jobs/correspond/still_camera_flow.h"
 
 namespace vantage {
 namespace {
@@ -35,12 +37,6 @@ cv::Mat1f confidence(const cv::Mat2f& motion, const cv::Mat2f& back, float consi
   return round_trip;
 }
 
-/// Nothing moved, but for what DIS saw move.
-FlowPair fixed_camera_flow(const cv::Mat1b& a, const cv::Mat1b& b, const MatchOptions& options) {
-  const FlowPair still{cv::Mat2f(a.size(), cv::Vec2f(0, 0)), cv::Mat2f(b.size(), cv::Vec2f(0, 0))};
-  return fuse_flows(a, b, still, search(a, b, {}), {.consistent_px = options.consistent_px, .return_by_search = true});
-}
-
 FlowPair static_scene_flow(const PosedPicture& a, const PosedPicture& b, const FlowPair& stereo,
                            const MatchOptions& options) {
   const FlowPair searched = search(a.grey, b.grey, stereo);
@@ -59,12 +55,12 @@ ImageMatch match_images(const PosedPicture& a, const PosedPicture& b, const Matc
   FlowPair flow;
   if (same_view(a, b)) {
     match.model = ImageMatch::Model::FixedCamera;
-    flow = fixed_camera_flow(a.grey, levelled.grey, options);
+    flow = still_camera_flow(a.grey, levelled.grey, {});
   } else if (FlowPair stereo; stereo_flow(a, b, options.stereo, stereo)) {
     match.model = ImageMatch::Model::StaticScene;
     flow = static_scene_flow(a, levelled, stereo, options);
   } else {
-    flow = search(a.grey, levelled.grey, {});
+    flow = free_flow(a.grey, levelled.grey, {});
   }
   match.forward = {flow.a_to_b, confidence(flow.a_to_b, flow.b_to_a, options.consistent_px)};
   match.backward = {flow.b_to_a, confidence(flow.b_to_a, flow.a_to_b, options.consistent_px)};

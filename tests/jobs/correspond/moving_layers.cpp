@@ -55,7 +55,7 @@ cv::Mat1b render(cv::Size size, const std::vector<Layer>& layers, bool in_b, dou
 LayeredPair render_layers(cv::Size size, const std::vector<Layer>& layers, double noise_grey) {
   LayeredPair pair{render(size, layers, false, noise_grey), render(size, layers, true, noise_grey), cv::Mat2f(size),
                    cv::Mat1b(size), cv::Mat1b(size)};
-  const cv::Rect2d inside(0, 0, size.width - 1, size.height - 1);
+  const cv::Rect2d inside(-0.5, -0.5, size.width, size.height);
   for (int y = 0; y < size.height; ++y)
     for (int x = 0; x < size.width; ++x) {
       const cv::Point2d at(x, y);
