@@ -111,10 +111,11 @@ class Mixer {
   }
 
   void write(int y, int x, ViewPicture& picture) const {
-    cv::Vec3f sum(0, 0, 0);
+    cv::Vec3f sum(0, 0, 0), paint(0, 0, 0);
     float all = 0, z = 0, guessed = 0;
     for (const Candidate& c : candidates_) {
       sum += c.weight * c.bgr;
+      paint += c.weight * layers_[c.layer].paint;
       z += c.weight * c.z;
       guessed += c.confidence <= kGuess ? c.weight : 0;
       all += c.weight;
@@ -122,6 +123,7 @@ class Mixer {
     for (int k = 0; k < 3; ++k) picture.bgr(y, x)[k] = std::max(0.0F, sum[k] / all);
     picture.z(y, x) = z / all;
     picture.alpha(y, x) = 1;
+    for (int k = 0; k < 3; ++k) picture.paint(y, x)[k] = static_cast<uchar>(paint[k] / all);
     picture.hole(y, x) = guessed / all;
   }
 
@@ -135,7 +137,7 @@ class Mixer {
 ViewPicture blend(const std::vector<PictureLayer>& layers) {
   const cv::Size size = layers.front().layer.z.size();
   ViewPicture picture{cv::Mat3f(size, cv::Vec3f(0, 0, 0)), cv::Mat1f(size, 0.0F), cv::Mat1f(size, 0.0F),
-                      cv::Mat1f(size, 1.0F)};
+                      cv::Mat1f(size, 1.0F), cv::Mat3b(size, cv::Vec3b(0, 0, 0))};
   cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& rows) {
     Mixer mixer(layers);
     for (int y = rows.start; y < rows.end; ++y)

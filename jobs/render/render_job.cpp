@@ -5,6 +5,7 @@
 #include <set>
 
 #include "jobs/views/frame_plan.h"
+#include "jobs/views/hull_limits.h"
 #include "schema/base/error.h"
 
 namespace vantage {
@@ -75,9 +76,13 @@ std::vector<WorkUnit> RenderJob::split(const ShotState& state, const Params&) {
   const Calibration calibration = read_calibration(*calibrate);
   const Navspace navspace = read_navspace(*space);
   std::vector<WorkUnit> units;
-  for (const RenderRequest& request : state.shot().renders)
-    for (const VirtualView& view : virtual_views(request, state.shot(), calibration, navspace))
+  for (const RenderRequest& request : state.shot().renders) {
+    const bool refuse = render_options(request).outside == "refuse";
+    for (const VirtualView& view : virtual_views(request, state.shot(), calibration, navspace)) {
+      if (refuse) refuse_outside(request, view, navspace);
       units.push_back(unit_of(request, view, calibration, navspace));
+    }
+  }
   return units;
 }
 

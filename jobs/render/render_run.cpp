@@ -2,6 +2,7 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "jobs/render/frame_preview.h"
 #include "jobs/render/measure_disparity.h"
 #include "jobs/render/render_job.h"
 #include "jobs/render/render_view.h"
@@ -87,6 +88,7 @@ void RenderJob::run(JobContext& context, const Params&) {
   write_frame_exr(context.out("frame.exr"), views);
   const cv::Mat png = frame_png(views);
   write_picture(context.out("frame.png"), png);
+  write_picture(context.out("preview.jpg"), frame_preview(views.front().picture, images));
   const double known = cv::mean(views.front().picture.alpha)[0];
   context.figure("images", images.size());
   context.figure("holes_percent", 100 * (1 - known));

@@ -1,5 +1,6 @@
 #include "jobs/render/render_view.h"
 
+#include "jobs/render/camera_paint.h"
 #include "jobs/render/fill_holes.h"
 #include "jobs/render/pixel_places.h"
 #include "jobs/render/splat.h"
@@ -19,7 +20,7 @@ ViewPicture render_eye(std::span<const SourceImage> images, const FramePlan& pla
       const double scale = eye.pinhole.fx / images[k].pinhole.fx;
       const PixelPlaces places(images, i, view, placing);
       layers[k] = {splat(places, {eye.pinhole.width, eye.pinhole.height}, scale), images[k].bgr,
-                   static_cast<float>(eye.share[k])};
+                   static_cast<float>(eye.share[k]), camera_paint(images, k)};
     }
   });
   ViewPicture picture = blend(layers);

@@ -90,6 +90,9 @@ std::vector<double> shares(const std::vector<PlannedImage>& images, const std::v
 bool reads_edge(const FramePlan& plan, std::size_t a, std::size_t b) {
   if (plan.method == "correspondence" || plan.images[a].id.camera == plan.images[b].id.camera) return true;
   if (plan.method == "depth") return false;
+  if (plan.method == "plain")
+    return std::any_of(plan.eyes.begin(), plan.eyes.end(),
+                       [&](const PlannedEye& eye) { return eye.mu[a] > 0 && eye.mu[b] > 0; });
   return std::any_of(plan.eyes.begin(), plan.eyes.end(),
                      [&](const PlannedEye& eye) { return eye.mu[a] > 0 || eye.mu[b] > 0; });
 }

@@ -36,7 +36,7 @@ struct FramePlan {
   std::vector<PlannedEye> eyes;
   bool outside = false;  ///< the view, or an eye of it, lies outside the recording hull
   std::optional<StereoPlan> stereo;
-  bool reads_depth() const { return method != "correspondence"; }
+  bool reads_depth() const { return method == "auto" || method == "depth"; }
 };
 
 FramePlan plan_frame(const VirtualView& view, const RenderRequest& request, const Calibration& calibration,

@@ -10,7 +10,8 @@ namespace vantage {
 
 /// The keys of a [[render]] besides name, mode, size, fps and path.
 struct RenderOptions {
-  std::string method = "auto";  ///< how pixels find their place in the view
+  std::string method = "auto";    ///< how pixels find their place in the view
+  std::string outside = "clamp";  ///< what becomes of views outside the recording hull
   double eye_azimuth_deg = 1.5;
   double baseline = 0;
   double baseline_percent = 0, baseline_percent_at = 0;
@@ -26,8 +27,11 @@ struct RenderOptions {
   double floating_window_percent = 0;
 
   void fields(auto&& field) {
-    field("method", method, OneOf{{"auto", "correspondence", "depth"}},
-          "auto: by depth where it is known, else by correspondences; or only one of the two");
+    field("method", method, OneOf{{"auto", "correspondence", "depth", "plain"}},
+          "auto: by depth where it is known, else by correspondences; or only one of the two; plain: the paper's "
+          "Eq. 6 in pixels, without any depth");
+    field("outside", outside, OneOf{{"clamp", "refuse"}},
+          "a view outside the recording hull: clamp draws it from the nearest images, refuse is an error");
     field("eye_azimuth_deg", eye_azimuth_deg, Range{0.01, 30},
           "stereo: azimuth between the eyes, as seen from the scene's centre");
     field("baseline", baseline, Range{0, 1e9},

@@ -30,16 +30,15 @@ class CamerasOnASphere {
     join_vertices(navspace, {});
   }
 
-  std::vector<VirtualView> views(const KeyFrame& from, const KeyFrame& to) const {
+  std::vector<VirtualView> views(const std::vector<KeyFrame>& path) const {
     RenderRequest request;
     request.fps = kNumSteps - 1;
-    request.keyframes = {from, to};
+    request.keyframes = path;
     return virtual_views(request, shot_, calibration_, navspace);
   }
 
   cv::Mat3f draw(const VirtualView& view) {
     RenderRequest request;
-    request.options.values = {};
     FramePlan plan = plan_frame(view, request, calibration_, navspace);
     plan.method = "depth";
     std::vector<SourceImage> images;
@@ -114,7 +113,7 @@ TEST(Continuity, NoFrameOfAPathThroughFiveTetrahedraJumps) {
   std::set<std::vector<int>> cells;
   std::vector<double> changes;
   cv::Mat3f before;
-  for (const VirtualView& view : cameras.views({0, 0.05, -5, 13.5}, {1, 0.10, 5, 15.5})) {
+  for (const VirtualView& view : cameras.views({{0, 0.05, -5, 13.5}, {1, 0.10, 5, 15.5}})) {
     cells.insert(view.location.vertices);
     EXPECT_FALSE(view.location.outside);
     const cv::Mat3f now = cameras.draw(view);
@@ -136,8 +135,7 @@ TEST(Continuity, AtEveryRecordedImageTheViewIsThatImage) {
   CamerasOnASphere cameras;
   for (const NavVertex& v : cameras.navspace.vertices) {
     if (v.image.frame != 1) continue;
-    const KeyFrame key{0, v.time_s, v.azimuth_deg, v.elevation_deg};
-    const cv::Mat3f drawn = cameras.draw(cameras.views(key, key).front());
+    const cv::Mat3f drawn = cameras.draw(cameras.views({{0, v.time_s, v.azimuth_deg, v.elevation_deg}}).front());
     EXPECT_GE(cv::PSNR(srgb8_from_linear(drawn), srgb8_from_linear(cameras.recorded(v.image))), 50) << v.image.label();
   }
 }

@@ -137,6 +137,16 @@ TEST(Render, InBetweenByDepthBeatsTheNearestImage) {
   }
 }
 
+TEST(Render, Equation6AsPrintedDrawsTwoThreeAndFourImages) {
+  Bench b = bench(true);
+  for (const std::vector<double>& mu :
+       {kBetween, std::vector<double>{0.5, 0, 0.5, 0}, std::vector<double>{0.4, 0.3, 0.3, 0}}) {
+    const Scores s = score(b, "plain", mu);
+    EXPECT_GE(s.drawn_db, s.nearest_db + 3);
+  }
+  EXPECT_GE(score(b, "plain", {1, 0, 0, 0}).drawn_db, 50);
+}
+
 TEST(Render, TwoAndThreeImagesAreEnough) {
   Bench b = bench(true);
   for (const std::vector<double>& mu : {std::vector<double>{0.5, 0, 0.5, 0}, std::vector<double>{0.4, 0.3, 0.3, 0}}) {
@@ -219,8 +229,11 @@ TEST(Render, IsTheSameEachTimeAndForAnyNumberOfThreads) {
 
 TEST(WriteFrame, StereoExrHasBothViewsInLinearLight) {
   const TemporaryFolder folder;
-  ViewPicture left{cv::Mat3f(4, 6, cv::Vec3f(0.5F, 0.25F, 1)), cv::Mat1f(4, 6, 1.0F), cv::Mat1f(4, 6, 3.0F),
-                   cv::Mat1f(4, 6, 0.25F)},
+  ViewPicture left{cv::Mat3f(4, 6, cv::Vec3f(0.5F, 0.25F, 1)),
+                   cv::Mat1f(4, 6, 1.0F),
+                   cv::Mat1f(4, 6, 3.0F),
+                   cv::Mat1f(4, 6, 0.25F),
+                   {}},
       right = left;
   right.bgr = cv::Mat3f(4, 6, cv::Vec3f(0, 0, 0));
   write_frame_exr(folder.path() / "f.exr", {{"left", left}, {"right", right}});

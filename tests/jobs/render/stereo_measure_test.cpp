@@ -21,7 +21,7 @@ StereoPlan some_plan() {
 ViewPicture wall() {
   const cv::Size size(kWidth, kHeight);
   return {cv::Mat3f(size, cv::Vec3f(0.2F, 0.3F, 0.4F)), cv::Mat1f(size, 1.0F), cv::Mat1f(size, 10.0F),
-          cv::Mat1f(size, 0.0F)};
+          cv::Mat1f(size, 0.0F), {}};
 }
 
 TEST(MeasureDisparity, IsInPercentOfTheWidthNegativeInFront) {

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "jobs/views/frame_plan.h"
+#include "jobs/views/hull_limits.h"
 #include "jobs/views/key_frames.h"
 #include "jobs/views/nav_locator.h"
 #include "jobs/views/similarity.h"
@@ -242,6 +243,25 @@ TEST(VirtualViews, KeyFramesStayOnTheCameraSurfaceLookingAtTheCentre) {
     EXPECT_NEAR(v.cam_from_world.R(0, 1), 0, 1e-9);  // level
     EXPECT_NEAR(centre.z(), 4.1 + 0.1 * v.nav.azimuth_deg / 8, 1e-9);
     EXPECT_EQ(v.pinhole.width, 320);
+  }
+}
+
+TEST(VirtualViews, OutsideTheHullTheyCanBeRefused) {
+  const Rig rig = arc_rig(4, 5);
+  RenderRequest request;
+  request.name = "far";
+  request.line = 7;
+  request.options.file = "shot.toml";
+  request.keyframes = {{0, 0.1, 0, 0}, {0.1, 0.1, 60, 0}};
+  const auto views = virtual_views(request, rig.shot, rig.calibration, rig.navspace);
+  refuse_outside(request, views.front(), rig.navspace);
+  try {
+    refuse_outside(request, views.back(), rig.navspace);
+    FAIL() << "60 degrees is no place between the cameras";
+  } catch (const Error& e) {
+    const std::string text = e.what();
+    for (const char* part : {"shot.toml:7", "'far' frame 3", "azimuth 60.0", "-12.0 to 12.0", "clamp"})
+      EXPECT_NE(text.find(part), std::string::npos) << text;
   }
 }
 
