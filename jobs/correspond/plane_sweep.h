@@ -4,6 +4,7 @@
 /// between two exposures is matched wrongly or not at all, and the caller must look elsewhere for it.
 #include <opencv2/core.hpp>
 
+#include "jobs/correspond/posed_picture.h"
 #include "jobs/vision/epipolar.h"
 
 namespace vantage {
@@ -19,11 +20,10 @@ struct Sweep {
 /// steps. count 0 when the views have no parallax.
 Sweep sweep_between(const TwoView& views, cv::Size size, double first, double last, int max_count);
 
-/// All that could be in the picture: from infinity to where parallax is as large as the picture is wide.
+/// All that both pictures could show: where lines enter b to where they have crossed as much as a picture's width.
 Sweep widest_sweep(const TwoView& views, cv::Size size, int max_count);
 
-/// Inverse depth of every pixel of a, between two hypotheses by a parabola through the costs. grey: 8 bit.
-cv::Mat1f sweep_inverse_depth(const cv::Mat1b& grey_a, const cv::Mat1b& grey_b, const TwoView& views,
-                              const Sweep& sweep);
+/// Inverse depth of every pixel of a, between two hypotheses by a parabola through the costs.
+cv::Mat1f sweep_inverse_depth(const PosedPicture& a, const PosedPicture& b, const Sweep& sweep);
 
 }  // namespace vantage

@@ -80,14 +80,8 @@ struct BothWays {
 };
 
 BothWays match(const PosedPicture& a, const PosedPicture& b, const Sweep& sweep_a, const Sweep& sweep_b) {
-  BothWays m{TwoView(a.pinhole, a.cam_from_world, b.pinhole, b.cam_from_world),
-             TwoView(b.pinhole, b.cam_from_world, a.pinhole, a.cam_from_world),
-             {},
-             {},
-             {},
-             {}};
-  m.inverse_depth_a = sweep_inverse_depth(a.grey, b.grey, m.ab, sweep_a);
-  m.inverse_depth_b = sweep_inverse_depth(b.grey, a.grey, m.ba, sweep_b);
+  BothWays m{
+      two_views(a, b), two_views(b, a), sweep_inverse_depth(a, b, sweep_a), sweep_inverse_depth(b, a, sweep_b), {}, {}};
   const cv::Mat2f ab = motion_of(m.inverse_depth_a, m.ab), ba = motion_of(m.inverse_depth_b, m.ba);
   m.known_a = round_trip_px(ab, ba) < kConsistent_px;
   m.known_b = round_trip_px(ba, ab) < kConsistent_px;

@@ -3,16 +3,9 @@
 #include <opencv2/core.hpp>
 
 #include "jobs/correspond/flow_pair.h"
-#include "jobs/vision/epipolar.h"
+#include "jobs/correspond/posed_picture.h"
 
 namespace vantage {
-
-/// One picture of a pair with its camera. grey: 8 bit.
-struct PosedPicture {
-  cv::Mat1b grey;
-  Pinhole pinhole;
-  RigidTransform cam_from_world;
-};
 
 struct StereoOptions {
   int max_pixels = 600'000;  ///< larger pictures are matched at half, quarter… size

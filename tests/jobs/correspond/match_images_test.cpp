@@ -102,6 +102,16 @@ TEST(MatchImages, PosesThatAreOffByHalfAPixelCostLittle) {
   EXPECT_LT(errors(match.backward, p.ba, everything(p.b)).median_px, 0.2);
 }
 
+TEST(MatchImages, AFloorIsMatchedFromFarApart) {
+  const auto cameras = synthetic::arc_cameras(2, 1, 320, 180, 24);
+  const Pair p = expose(Scene({.moving = false, .noise_sigma = 1}), cameras[0], 0.3, cameras[1], 0.3);
+  const ImageMatch match = match_images(p.posed_a, p.posed_b, {});
+  cv::Mat on_floor = p.a.id == 0;
+  const Errors floor = errors(match.forward, p.ab, on_floor);
+  EXPECT_LT(floor.median_px, 0.3);
+  EXPECT_LT(floor.over_3px_percent, 5);
+}
+
 TEST(MatchImages, HiddenSurfacesHaveNoConfidenceAndMostOthersHave) {
   const Pair p = neighbours(false, 0.3);
   const ImageMatch match = match_images(p.posed_a, p.posed_b, {});
