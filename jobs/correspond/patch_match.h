@@ -10,7 +10,7 @@ namespace vantage {
 struct PatchMatchOptions {
   int spacing_px = 3;             ///< between seeds
   double max_motion_share = 0.4;  ///< longest motion looked for, of the longer side
-  int rounds = 12;                ///< propagation and search, per level
+  int rounds = 8;                 ///< propagation and search, per level
   double consistent_px = 3;       ///< a match that does not come back this close is dropped
 };
 
