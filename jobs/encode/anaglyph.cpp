@@ -1,4 +1,6 @@
-#include "jobs/encode/film.h"
+#include <algorithm>
+
+#include "jobs/encode/layout.h"
 #include "jobs/vision/colour_space.h"
 #include "schema/base/error.h"
 
@@ -12,19 +14,21 @@ constexpr float kDubois[3][6] = {{0.456F, 0.500F, 0.176F, -0.043F, -0.088F, -0.0
 
 }  // namespace
 
-cv::Mat3b anaglyph(const cv::Mat3b& left, const cv::Mat3b& right) {
-  check(left.size() == right.size(), "both eyes have one size");
+cv::Mat anaglyph(const cv::Mat& left, const cv::Mat& right) {
+  check(left.size() == right.size() && left.type() == right.type(), "both eyes have one size");
   const cv::Mat3f l = linear_from_srgb(left), r = linear_from_srgb(right);
-  cv::Mat3f out(left.size());
+  cv::Mat3f out(l.size());
   for (int y = 0; y < out.rows; ++y)
     for (int x = 0; x < out.cols; ++x) {
-      const float in[6] = {l(y, x)[2], l(y, x)[1], l(y, x)[0], r(y, x)[2], r(y, x)[1], r(y, x)[0]};
+      const cv::Vec3f &a = l(y, x), &b = r(y, x);
+      const float in[6] = {a[2], a[1], a[0], b[2], b[1], b[0]};
       for (int row = 0; row < 3; ++row) {
         float sum = 0;
         for (int k = 0; k < 6; ++k) sum += kDubois[row][k] * in[k];
-        out(y, x)[2 - row] = sum;
+        out(y, x)[2 - row] = std::clamp(sum, 0.0F, 1.0F);
       }
     }
+  if (left.depth() == CV_16U) return srgb16_from_linear(out);
   return srgb8_from_linear(out);
 }
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <set>
+
 #include "jobs/views/frame_plan.h"
 #include "schema/formats/calibration.h"
 #include "schema/formats/navspace.h"
@@ -9,22 +11,46 @@
 namespace vantage {
 namespace {
 
-WorkUnit unit_of(const RenderRequest& request, const std::vector<int>& frames, const EncodeJob::Params& params) {
+/// x264 keeps about sixty pictures of the film in its look-ahead and references.
+int ram_mb(const Pinhole& eye, const EncodeJob::Params& params) {
+  const double bytes = 2.0 * eye.width * eye.height * (params.bits > 8 || params.prores ? 6 : 3);
+  return 300 + static_cast<int>(60 * bytes / 1e6);
+}
+
+std::vector<std::string> films(const std::string& name, bool stereo, const EncodeJob::Params& params) {
+  std::vector<std::string> files{name + ".mp4"};
+  if (params.prores) files.push_back(name + ".mov");
+  if (!stereo) return files;
+  for (const std::string& layout : params.stereo) files.push_back(layout + ".mp4");
+  for (const char* record : {"depth_budget.json", "depth_budget.png"}) files.emplace_back(record);
+  return files;
+}
+
+WorkUnit unit_of(const RenderRequest& request, const std::vector<VirtualView>& views, const EncodeJob::Params& params) {
   WorkUnit unit;
   unit.name = "encode/" + request.name;
   unit.params = params_to_json(params);
-  Json jobs = Json::array();
-  for (const int frame : frames) {
-    jobs.push_back(render_job(request.name, frame));
+  Json jobs = Json::array(), frames = Json::array();
+  for (const VirtualView& view : views) {
+    frames.push_back(view.frame);
+    jobs.push_back(render_job(request.name, view.frame));
     unit.needs.push_back(jobs.back());
   }
+  const RenderOptions options = render_options(request);
   const bool stereo = request.mode != "view";
-  unit.unit = {{"name", request.name}, {"fps", request.fps}, {"stereo", stereo}, {"frames", jobs}};
-  const std::string out = fmt::format("render/{}/", request.name);
-  unit.links = {{fmt::format("{}.mp4", request.name), fmt::format("{}{}.mp4", out, request.name)}};
-  if (stereo)
-    for (const char* file : {"side_by_side.mp4", "anaglyph.mp4"}) unit.links.push_back({file, out + file});
-  unit.need = {.cores = 1, .ram_mb = 1000, .timeout_s = 3600};
+  unit.unit = {{"name", request.name},
+               {"fps", request.fps},
+               {"stereo", stereo},
+               {"jobs", jobs},
+               {"frames", frames},
+               {"see_through", false},
+               {"crossed_percent", options.crossed_percent},
+               {"uncrossed_percent", options.uncrossed_percent}};
+  std::set<std::string> links;  // a render may be named as one of the layouts is
+  for (const std::string& file : films(request.name, stereo, params))
+    if (links.insert(file).second) unit.links.push_back({file, fmt::format("render/{}/{}", request.name, file)});
+  const int ram = views.empty() ? 1000 : ram_mb(views.front().pinhole, params);
+  unit.need = {.cores = 1, .ram_mb = ram, .timeout_s = 3600 + 2 * static_cast<int>(views.size())};
   return unit;
 }
 
@@ -37,12 +63,8 @@ std::vector<WorkUnit> EncodeJob::split(const ShotState& state, const Params& par
   const Calibration calibration = read_calibration(*calibrate);
   const Navspace navspace = read_navspace(*space);
   std::vector<WorkUnit> units;
-  for (const RenderRequest& request : state.shot().renders) {
-    std::vector<int> frames;
-    for (const VirtualView& view : virtual_views(request, state.shot(), calibration, navspace))
-      frames.push_back(view.frame);
-    units.push_back(unit_of(request, frames, params));
-  }
+  for (const RenderRequest& request : state.shot().renders)
+    units.push_back(unit_of(request, virtual_views(request, state.shot(), calibration, navspace), params));
   return units;
 }
 

@@ -1,64 +1,115 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "jobs/encode/depth_budget.h"
 #include "jobs/encode/encode_job.h"
 #include "jobs/encode/film.h"
+#include "jobs/encode/frame_pictures.h"
+#include "jobs/encode/layout.h"
 #include "jobs/vision/shot_images.h"
-#include "schema/base/error.h"
 
 namespace vantage {
 namespace fs = std::filesystem;
 namespace {
 
-std::vector<fs::path> pictures_of(JobContext& context) {
-  std::vector<fs::path> pictures;
-  for (const Json& job : context.unit().at("frames"))
-    pictures.push_back(context.input(job.get<std::string>()) / "frame.png");
-  return pictures;
-}
-
-/// Anaglyphs of side-by-side pictures, as PNG files in the scratch folder.
-std::vector<fs::path> anaglyphs(JobContext& context, const std::vector<fs::path>& side_by_side) {
-  fs::create_directories(context.scratch() / "anaglyphs");
-  std::vector<fs::path> pictures;
-  for (std::size_t k = 0; k < side_by_side.size(); ++k) {
-    const cv::Mat3b both = read_picture(side_by_side[k]);
-    const int width = both.cols / 2;
-    pictures.push_back(context.scratch() / "anaglyphs" / fmt::format("{:06d}.png", k));
-    write_picture(pictures.back(), anaglyph(both.colRange(0, width), both.colRange(width, 2 * width)));
-    context.progress(0.6 + 0.3 * static_cast<double>(k) / static_cast<double>(side_by_side.size()), "anaglyph");
+/// The films of one render.
+class Encoder {
+ public:
+  Encoder(JobContext& context, const EncodeJob::Params& params)
+      : context_(context),
+        params_(params),
+        name_(context.unit().at("name")),
+        fps_(context.unit().at("fps")),
+        stereo_(context.unit().at("stereo")),
+        see_through_(context.unit().at("see_through")),
+        background_(colour_from_hex(params.background, "[encode] background")) {
+    for (const Json& job : context.unit().at("jobs")) folders_.push_back(context.input(job.get<std::string>()));
+    num_films_ = 1.0 + (params.prores ? 1 : 0) + (stereo_ ? static_cast<double>(params.stereo.size()) : 0);
   }
-  return pictures;
-}
 
-void write_preview(JobContext& context, const fs::path& picture) {
-  const cv::Mat full = read_picture(picture);
-  const double scale = std::min(1.0, 480.0 / full.cols);
-  cv::Mat small;
-  cv::resize(full, small, {}, scale, scale, cv::INTER_AREA);
-  write_picture(context.out("preview.jpg"), small);
-}
+  void write_films() {
+    const std::string layout = stereo_ ? "side_by_side" : "";
+    write(name_ + ".mp4", layout, "h264");
+    if (params_.prores) write(name_ + ".mov", layout, "prores");
+    if (!stereo_) return;
+    for (const std::string& film : params_.stereo) {
+      const fs::path file = context_.out(film + ".mp4");
+      if (film == name_) continue;  // the film itself has that name
+      if (film == "side_by_side")
+        fs::copy_file(context_.out(name_ + ".mp4"), file);
+      else
+        write(film + ".mp4", film, "h264");
+    }
+  }
+
+  void write_preview() const {
+    const cv::Mat full = picture(folders_.size() / 2, stereo_ ? "side_by_side" : "", false);
+    const double scale = std::min(1.0, 480.0 / full.cols);
+    cv::Mat small;
+    cv::resize(full, small, {}, scale, scale, cv::INTER_AREA);
+    write_picture(context_.out("preview.jpg"), small);
+  }
+
+  void write_depth_budget() const {
+    const DepthBudget budget{context_.unit().at("crossed_percent"), context_.unit().at("uncrossed_percent")};
+    std::vector<BudgetFrame> frames;
+    for (std::size_t k = 0; k < folders_.size(); ++k)
+      frames.push_back({context_.unit().at("frames").at(k), read_frame_disparity(folders_[k] / "disparity.json")});
+    Json table = depth_budget_table(frames, budget);
+    write_json(context_.out("depth_budget.json"), table);
+    write_picture(context_.out("depth_budget.png"), depth_budget_chart(frames, budget));
+    table.erase("frames");
+    context_.figure("depth_budget", table);
+    for (const std::string& warning : depth_budget_warnings(frames, budget)) context_.warn(warning);
+  }
+
+  std::size_t num_frames() const { return folders_.size(); }
+
+ private:
+  cv::Mat picture(std::size_t k, const std::string& layout, bool deep) const {
+    const std::vector<cv::Mat> eyes =
+        frame_pictures(folders_[k], stereo_, {.deep = deep, .see_through = see_through_, .background = background_});
+    return stereo_ ? lay_out(eyes.at(0), eyes.at(1), layout) : eyes.at(0);
+  }
+
+  void write(const std::string& file, const std::string& layout, const std::string& codec) {
+    const bool deep = codec == "prores" || params_.bits > 8;
+    const auto next = [&](std::size_t k) {
+      const double films = num_done_ + static_cast<double>(k) / static_cast<double>(folders_.size());
+      context_.progress(films / num_films_, file);
+      return picture(k, layout, deep);
+    };
+    const FilmOptions options{.fps = fps_,
+                              .codec = codec,
+                              .bits = params_.bits,
+                              .crf = params_.crf,
+                              .preset = params_.preset,
+                              .frame_packing = frame_packing(layout)};
+    write_film(context_.out(file), folders_.size(), next, options, context_.scratch() / (file + ".log"));
+    num_done_ += 1;
+  }
+
+  JobContext& context_;
+  const EncodeJob::Params& params_;
+  std::string name_;
+  double fps_;
+  bool stereo_, see_through_;
+  cv::Vec3f background_;           ///< linear light, BGR
+  std::vector<fs::path> folders_;  ///< of the render jobs, a frame each
+  double num_films_ = 1, num_done_ = 0;
+};
 
 }  // namespace
 
 void EncodeJob::run(JobContext& context, const Params& params) {
-  const std::vector<fs::path> pictures = pictures_of(context);
-  const std::string film = context.unit().at("name").get<std::string>() + ".mp4";
-  const bool stereo = context.unit().at("stereo");
-  FilmOptions options{
-      .fps = context.unit().at("fps"), .crf = params.crf, .preset = params.preset, .side_by_side = stereo};
-  context.progress(0, "encoding");
-  write_film(context.out(film), pictures, options, context.scratch());
-  if (stereo) {
-    const fs::path side_by_side = context.out("side_by_side.mp4");
-    if (side_by_side.filename() != film) fs::copy_file(context.out(film), side_by_side);
-    options.side_by_side = false;
-    write_film(context.out("anaglyph.mp4"), anaglyphs(context, pictures), options, context.scratch());
-  }
-  write_preview(context, pictures[pictures.size() / 2]);
-  context.figure("frames", pictures.size());
-  context.figure("seconds", static_cast<double>(pictures.size()) / options.fps);
+  Encoder encoder(context, params);
+  encoder.write_films();
+  encoder.write_preview();
+  if (context.unit().at("stereo")) encoder.write_depth_budget();
+  context.figure("frames", encoder.num_frames());
+  context.figure("seconds", static_cast<double>(encoder.num_frames()) / context.unit().at("fps").get<double>());
 }
 
 }  // namespace vantage

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/prctl.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -14,28 +15,30 @@
 
 #include "schema/base/error.h"
 #include "schema/base/program_pipe.h"
+#include "schema/base/program_sink.h"
 
 namespace vantage {
 namespace {
 
 constexpr int kNotStarted = 127;  // as shells say it
 
-/// Where a program's output goes: a file; nowhere: with stderr.
-struct Outputs {
+/// Where a program's input comes from, and where its output goes: a file; nowhere: with stderr.
+struct Streams {
   const char* stdout_file = "";
   const char* stderr_file = "";  ///< "": our own stderr
   int stdout_fd = -1;            ///< instead of stdout_file
+  int stdin_fd = -1;             ///< -1: empty
 };
 
 /// Between fork and exec only async-signal-safe calls are allowed: other threads may hold any lock.
-[[noreturn]] void become(char* const* argv, const Outputs& outputs, pid_t parent) {
+[[noreturn]] void become(char* const* argv, const Streams& streams, pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(kNotStarted);
-  const int in = open("/dev/null", O_RDONLY);
+  const int in = streams.stdin_fd >= 0 ? streams.stdin_fd : open("/dev/null", O_RDONLY);
   const int err =
-      *outputs.stderr_file != '\0' ? open(outputs.stderr_file, O_WRONLY | O_CREAT | O_APPEND, 0644) : STDERR_FILENO;
-  const int out = outputs.stdout_fd >= 0         ? outputs.stdout_fd
-                  : *outputs.stdout_file != '\0' ? open(outputs.stdout_file, O_WRONLY | O_CREAT | O_TRUNC, 0644)
+      *streams.stderr_file != '\0' ? open(streams.stderr_file, O_WRONLY | O_CREAT | O_APPEND, 0644) : STDERR_FILENO;
+  const int out = streams.stdout_fd >= 0         ? streams.stdout_fd
+                  : *streams.stdout_file != '\0' ? open(streams.stdout_file, O_WRONLY | O_CREAT | O_TRUNC, 0644)
                                                  : err;
   if (in < 0 || err < 0 || out < 0) _exit(kNotStarted);
   dup2(in, STDIN_FILENO);
@@ -45,7 +48,7 @@ struct Outputs {
   _exit(kNotStarted);
 }
 
-pid_t start(const std::vector<std::string>& argv, const Outputs& outputs) {
+pid_t start(const std::vector<std::string>& argv, const Streams& streams) {
   check(!argv.empty(), "a program has a name");
   std::vector<char*> words;
   for (const auto& word : argv) words.push_back(const_cast<char*>(word.c_str()));
@@ -54,7 +57,7 @@ pid_t start(const std::vector<std::string>& argv, const Outputs& outputs) {
   const pid_t pid = fork();
   if (pid < 0)
     throw Error(ErrorKind::Resource, fmt::format("{}: cannot start a process: {}", argv[0], std::strerror(errno)));
-  if (pid == 0) become(words.data(), outputs, parent);
+  if (pid == 0) become(words.data(), streams, parent);
   return pid;
 }
 
@@ -109,6 +112,41 @@ std::size_t ProgramPipe::read(char* bytes, std::size_t num) {
 
 int ProgramPipe::wait() {
   check(pid_ >= 0, "a program is waited for once");
+  return wait_for(std::exchange(pid_, -1), name_);
+}
+
+ProgramSink::ProgramSink(const std::vector<std::string>& argv, const std::filesystem::path& stderr_file) {
+  std::array<int, 2> ends{};  // of a socket: writing to a program that has ended is no signal there
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
+    throw Error(ErrorKind::Resource, fmt::format("cannot make a socket: {}", std::strerror(errno)));
+  fd_ = ends[0];
+  const std::string err = stderr_file.string();
+  pid_ = start(argv, {.stderr_file = err.c_str(), .stdin_fd = ends[1]});
+  name_ = argv[0];
+  close(ends[1]);
+}
+
+ProgramSink::~ProgramSink() {
+  if (fd_ >= 0) close(fd_);
+  if (pid_ < 0) return;
+  kill(pid_, SIGKILL);
+  waitpid(pid_, nullptr, 0);
+}
+
+bool ProgramSink::write(const char* bytes, std::size_t num) {
+  for (std::size_t done = 0; done < num;) {
+    const ssize_t put = ::send(fd_, bytes + done, num - done, MSG_NOSIGNAL);
+    if (put < 0 && errno == EINTR) continue;
+    if (put < 0 && (errno == EPIPE || errno == ECONNRESET)) return false;
+    if (put < 0) throw Error(ErrorKind::Transient, fmt::format("{}: writing to it: {}", name_, std::strerror(errno)));
+    done += static_cast<std::size_t>(put);
+  }
+  return true;
+}
+
+int ProgramSink::finish() {
+  check(pid_ >= 0, "a program is waited for once");
+  close(std::exchange(fd_, -1));
   return wait_for(std::exchange(pid_, -1), name_);
 }
 
