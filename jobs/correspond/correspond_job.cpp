@@ -16,8 +16,10 @@ using Edge = std::pair<int, int>;
 std::vector<Edge> wanted_edges(const Shot& shot, const Calibration& calibration, const Navspace& navspace) {
   RenderNeeds needs = render_needs(shot, calibration, navspace);
   const DepthEdges depth_edges(navspace, shot);
+  std::set<int> depths;
+  for (const auto& [vertex, number] : needs.depths) depths.insert(vertex);
   for (const auto& [vertex, number] : needs.depths)
-    for (const Edge& edge : depth_edges.needed_by({vertex})) {
+    for (const Edge& edge : depth_edges.needed_by(vertex, depths)) {
       std::size_t& first = needs.edges.emplace(edge, number).first->second;
       first = std::min(first, number);
     }

@@ -28,33 +28,53 @@ std::vector<int> wanted_vertices(const Shot& shot, const Calibration& calibratio
 
 class UnitWriter {
  public:
-  UnitWriter(const Navspace& navspace, const DepthJob::Params& params)
-      : navspace_(navspace), params_(params_to_json(params)) {}
+  UnitWriter(const Navspace& navspace, const Calibration& calibration, const DepthJob::Params& params)
+      : navspace_(navspace), calibration_(calibration), params_(params_to_json(params)) {}
 
-  WorkUnit unit(int vertex, const std::vector<DepthEdge>& edges, const Pinhole& pinhole) const {
-    const ImageId& image = at(vertex).image;
-    std::set<std::string> needs{"calibrate", "ingest/" + image.camera};
+  /// What an image's own edges tell.
+  WorkUnit single(int vertex, const std::vector<DepthEdge>& edges) const {
+    std::set<std::string> needs{"calibrate"};
     Json list = Json::array();
     for (const DepthEdge& edge : edges) {
       list.push_back(edge_json(vertex, edge));
       needs.insert(correspond_job_name(navspace_, vertex, edge.other));
       if (edge.step) needs.insert(correspond_job_name(navspace_, edge.other, *edge.step));
     }
-    WorkUnit unit;
-    unit.name = "depth/" + image.label();
-    unit.params = params_;
-    unit.unit = {{"image", image.label()}, {"edges", list}};
-    unit.needs = {needs.begin(), needs.end()};
-    unit.links = {{"depth.exr", fmt::format("depth/{}/{:06d}.exr", image.camera, image.frame)}};
-    // Per pixel: two flow maps of 12 bytes at a time, and 12 bytes a hypothesis of every edge.
-    const double megapixels = 1e-6 * pinhole.width * pinhole.height;
-    unit.need = {.cores = 1,
-                 .ram_mb = static_cast<int>(200 + megapixels * (150 + 12 * static_cast<double>(edges.size())))};
-    return unit;
+    // Per pixel: two flow maps of 12 bytes at a time, and 8 bytes a hypothesis of every edge.
+    return unit(single_name(vertex), vertex, {{"edges", list}}, needs, 60 + 8 * static_cast<double>(edges.size()));
+  }
+
+  /// That, with what the frames before and after tell, and the picture.
+  WorkUnit steady(int vertex, const std::vector<int>& frames) const {
+    std::set<std::string> needs{"calibrate", "ingest/" + at(vertex).image.camera, single_name(vertex)};
+    Json list = Json::array();
+    for (const int frame : frames) {
+      list.push_back(link_json(vertex, frame));
+      list.back()["single"] = single_name(frame);
+      needs.insert({correspond_job_name(navspace_, vertex, frame), single_name(frame)});
+    }
+    const Json json{{"single", single_name(vertex)}, {"frames", list}};
+    WorkUnit steady = unit("depth/" + at(vertex).image.label(), vertex, json, needs, 250);
+    steady.links = {{"depth.exr", fmt::format("depth/{}/{:06d}.exr", at(vertex).image.camera, at(vertex).image.frame)}};
+    return steady;
   }
 
  private:
+  WorkUnit unit(const std::string& name, int vertex, Json json, const std::set<std::string>& needs,
+                double bytes_per_px) const {
+    const Pinhole& pinhole = calibration_.camera(at(vertex).image.camera).pinhole;
+    WorkUnit unit;
+    unit.name = name;
+    unit.params = params_;
+    unit.unit = std::move(json);
+    unit.unit["image"] = at(vertex).image.label();
+    unit.needs = {needs.begin(), needs.end()};
+    unit.need = {.cores = 1, .ram_mb = static_cast<int>(200 + 1e-6 * bytes_per_px * pinhole.width * pinhole.height)};
+    return unit;
+  }
+
   const NavVertex& at(int vertex) const { return navspace_.vertices[static_cast<std::size_t>(vertex)]; }
+  std::string single_name(int vertex) const { return "depth/" + at(vertex).image.label() + "/single"; }
 
   Json link_json(int from, int to) const {
     return {{"other", at(to).image.label()}, {"job", correspond_job_name(navspace_, from, to)}, {"forward", from < to}};
@@ -69,6 +89,7 @@ class UnitWriter {
   }
 
   const Navspace& navspace_;
+  const Calibration& calibration_;
   Json params_;
 };
 
@@ -80,13 +101,18 @@ std::vector<WorkUnit> DepthJob::split(const ShotState& state, const Params& para
   const Calibration calibration = read_calibration(*calibrated);
   const Navspace navspace = read_navspace(*space);
   const DepthEdges depth_edges(navspace, state.shot());
-  const UnitWriter writer(navspace, params);
+  const UnitWriter writer(navspace, calibration, params);
+  std::vector<int> vertices = wanted_vertices(state.shot(), calibration, navspace);
+  std::erase_if(vertices, [&](int vertex) { return depth_edges.of(vertex).empty(); });
+  const std::set<int> wanted(vertices.begin(), vertices.end());
   std::vector<WorkUnit> units;
-  for (const int vertex : wanted_vertices(state.shot(), calibration, navspace)) {
-    const std::vector<DepthEdge> edges = depth_edges.of(vertex);
-    if (edges.empty()) continue;
-    const std::string& camera = navspace.vertices[static_cast<std::size_t>(vertex)].image.camera;
-    units.push_back(writer.unit(vertex, edges, calibration.camera(camera).pinhole));
+  std::set<int> told;
+  for (const int vertex : vertices) {
+    std::vector<int> frames = depth_edges.frames_around(vertex, wanted), singles = frames;
+    singles.push_back(vertex);
+    for (const int image : singles)  // what a job needs stands before it
+      if (told.insert(image).second) units.push_back(writer.single(image, depth_edges.of(image)));
+    units.push_back(writer.steady(vertex, frames));
   }
   return units;
 }

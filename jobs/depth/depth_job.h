@@ -5,10 +5,13 @@
 
 namespace vantage {
 
-/// One image: "depth/cam0-000003". Publishes depth.exr (0 where unknown) and preview.jpg.
-/// unit: {"image": label, "edges": [{"other": label, "job": correspond job, "forward": bool, "lag_s": s, "step":
-/// {…}}]}, lag_s being the image's shot time minus that of `other`; step as an edge, from `other` to the next or
-/// previous frame of its camera, with "duration_s" in place of lag_s: how far things in `other` move in that time.
+/// Two jobs an image. "depth/cam0-000003/single" publishes single.exr: what the image's own edges tell. unit: {"image":
+/// label, "edges": [{"other": label, "job": correspond job, "forward": bool, "lag_s": s, "step": {…}}]}, lag_s being
+/// the image's shot time minus that of `other`; step as an edge, from `other` to the next or previous frame of its
+/// camera, with "duration_s" in place of lag_s: how far things in `other` move in that time. "depth/cam0-000003"
+/// publishes depth.exr (0 where unknown) and preview.jpg: the singles of the image and of the camera's frames before
+/// and after it, where these have one, and the picture. unit: {"image": label, "single": job, "frames": [{"other":
+/// label, "job": correspond job, "forward": bool, "single": job}]}.
 struct DepthJob {
   struct Params {
     double max_epipolar_px = 1.5;
@@ -27,7 +30,7 @@ struct DepthJob {
   };
   static KindSpec spec() {
     return {
-        .name = "depth", .version = 3, .reads = "correspondences of an image, poses", .publishes = "depth, confidence"};
+        .name = "depth", .version = 4, .reads = "correspondences of an image, poses", .publishes = "depth, confidence"};
   }
   /// With [depth]: every image with an edge to another viewpoint. Else those whose depth renders read.
   static std::vector<WorkUnit> split(const ShotState& state, const Params& params);

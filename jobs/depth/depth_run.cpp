@@ -7,6 +7,7 @@
 #include "jobs/depth/depth_job.h"
 #include "jobs/depth/fuse_depth.h"
 #include "jobs/depth/regularise.h"
+#include "jobs/depth/steady_depth.h"
 #include "jobs/depth/triangulate_edge.h"
 #include "jobs/vision/shot_images.h"
 #include "schema/base/error.h"
@@ -15,6 +16,8 @@ namespace vantage {
 namespace {
 
 constexpr int kPreviewWidth = 480;
+/// Frames of one camera see a surface alike: they agree closer than edges between cameras do.
+constexpr double kSteadyShare = 1.0 / 3;
 
 ImageId image_of(const Json& json, const char* key) {
   const auto image = ImageId::parse(json.at(key).get<std::string>());
@@ -52,33 +55,58 @@ double known_percent(const cv::Mat& known) {
   return 100.0 * cv::countNonZero(known) / static_cast<double>(known.total());
 }
 
-}  // namespace
-
-void DepthJob::run(JobContext& context, const Params& params) {
+void run_single(JobContext& context, const DepthJob::Params& params) {
   const ImageId image = image_of(context.unit(), "image");
-  ShotImages images(context);
+  const ShotImages images(context);
   const Json& edges = context.unit().at("edges");
   std::vector<EdgeDepth> depths;
   for (const Json& edge : edges) {
-    context.progress(0.8 * static_cast<double>(depths.size()) / static_cast<double>(edges.size()), "triangulating");
+    context.progress(static_cast<double>(depths.size()) / static_cast<double>(edges.size()), "triangulating");
     depths.push_back(depth_of_edge(context, images, image, edge, params));
   }
-  context.progress(0.8, "fusing");
-  const cv::Mat bgr = images.bgr(image);
+  write_depth(context.out("single.exr"), fuse_depths(depths, params.agreement_percent / 100));
+}
+
+DepthMap read_single(const JobContext& context, const Json& holder) {
+  return read_depth(context.input(holder.at("single").get<std::string>()) / "single.exr");
+}
+
+void run_steady(JobContext& context, const DepthJob::Params& params) {
+  const Json& unit = context.unit();
+  const ImageId image = image_of(unit, "image");
+  ShotImages images(context);
+  std::vector<DepthMap> carried;
+  for (const Json& frame : unit.at("frames")) {
+    context.progress(0.2 * static_cast<double>(carried.size()), "frames around");
+    const DepthFrame other{read_single(context, frame), images.cam_from_world(image_of(frame, "other")),
+                           flow_of(context, frame)};
+    carried.push_back(carried_depth(other, images.pinhole(image), images.cam_from_world(image)));
+  }
+  context.progress(0.5, "outlines and gaps");
   const double agreement = params.agreement_percent / 100;
-  const DepthMap depth = regularise(fuse_depths(depths, agreement), bgr,
+  const cv::Mat bgr = images.bgr(image);
+  const DepthMap depth = regularise(steady_depth(read_single(context, unit), carried, kSteadyShare * agreement), bgr,
                                     {.agreement = agreement, .max_gap_percent = params.max_gap_percent});
 
   context.progress(0.9, "writing");
   write_depth(context.out("depth.exr"), depth);
   write_picture(context.out("preview.jpg"), preview(bgr, depth));
   const double known = known_percent(depth.z > 0);
-  context.figure("edges", edges.size());
+  context.figure("frames", carried.size() + 1);
   context.figure("known_percent", known);
   context.figure("agreed_percent", known_percent(depth.confidence > kLoneConfidence));
   if (known < 10)
     context.warn("depth is known on " + std::to_string(static_cast<int>(known)) + " % of " + image.label() +
                  " only: its edges hardly match");
+}
+
+}  // namespace
+
+void DepthJob::run(JobContext& context, const Params& params) {
+  if (context.unit().contains("edges"))
+    run_single(context, params);
+  else
+    run_steady(context, params);
 }
 
 }  // namespace vantage

@@ -53,13 +53,29 @@ std::optional<int> DepthEdges::step_towards(int vertex, double time_s) const {
   return best;
 }
 
-std::set<std::pair<int, int>> DepthEdges::needed_by(const std::set<int>& vertices) const {
+std::vector<int> DepthEdges::frames_around(int vertex, const std::set<int>& wanted) const {
+  const NavVertex& from = navspace_.vertices[static_cast<std::size_t>(vertex)];
+  std::optional<int> before, after;
+  const auto time_of = [&](int v) { return navspace_.vertices[static_cast<std::size_t>(v)].time_s; };
+  for (const int other : neighbours_[static_cast<std::size_t>(vertex)]) {
+    const NavVertex& to = navspace_.vertices[static_cast<std::size_t>(other)];
+    if (to.image.camera != from.image.camera || !wanted.contains(other)) continue;
+    if (to.time_s < from.time_s && (!before || to.time_s > time_of(*before))) before = other;
+    if (to.time_s > from.time_s && (!after || to.time_s < time_of(*after))) after = other;
+  }
+  std::vector<int> frames;
+  if (before) frames.push_back(*before);
+  if (after) frames.push_back(*after);
+  return frames;
+}
+
+std::set<std::pair<int, int>> DepthEdges::needed_by(int vertex, const std::set<int>& wanted) const {
   std::set<std::pair<int, int>> edges;
-  for (const int vertex : vertices)
-    for (const DepthEdge& edge : of(vertex)) {
-      edges.insert(std::minmax(vertex, edge.other));
-      if (edge.step) edges.insert(std::minmax(edge.other, *edge.step));
-    }
+  for (const DepthEdge& edge : of(vertex)) {
+    edges.insert(std::minmax(vertex, edge.other));
+    if (edge.step) edges.insert(std::minmax(edge.other, *edge.step));
+  }
+  for (const int frame : frames_around(vertex, wanted)) edges.insert(std::minmax(vertex, frame));
   return edges;
 }
 

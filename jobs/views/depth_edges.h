@@ -26,8 +26,10 @@ class DepthEdges {
   DepthEdges(const Navspace& navspace, const Shot& shot);
   /// By rising `other`.
   std::vector<DepthEdge> of(int vertex) const;
-  /// Edges (first < second) that depth maps of these vertices are made from.
-  std::set<std::pair<int, int>> needed_by(const std::set<int>& vertices) const;
+  /// Of wanted: the frames of the same camera next before and next after, joined to it by an edge; at most one each.
+  std::vector<int> frames_around(int vertex, const std::set<int>& wanted) const;
+  /// Edges (first < second) that the depth map of a vertex is made from when those of `wanted` are made, too.
+  std::set<std::pair<int, int>> needed_by(int vertex, const std::set<int>& wanted) const;
 
  private:
   std::optional<int> step_towards(int vertex, double time_s) const;

@@ -128,7 +128,7 @@ std::string depth(const ReportInput& input) {
          table_of(jobs, "camera",
                   {{"known, median", "known_percent", "{:.1f} %"},
                    {"agreed, median", "agreed_percent", "{:.1f} %"},
-                   {"edges, median", "edges", "{:.0f}"}}) +
+                   {"frames, median", "frames", "{:.0f}"}}) +
          lowest_and_middle(input, jobs, "known");
 }
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
+#include <string>
 
 #include "jobs/vision/maps.h"
 #include "jobs/vision/shot_images.h"
@@ -60,6 +62,31 @@ class DepthJobTest : public testing::Test {
     return ImageId{cameras_[static_cast<std::size_t>(camera)].name, frame}.label();
   }
 
+  static const WorkUnit& unit_named(const std::vector<WorkUnit>& units, const std::string& name) {
+    const auto found = std::find_if(units.begin(), units.end(), [&](const WorkUnit& u) { return u.name == name; });
+    EXPECT_NE(found, units.end()) << name;
+    return *found;
+  }
+  static bool needs(const WorkUnit& unit, const std::string& job) {
+    return std::count(unit.needs.begin(), unit.needs.end(), job) == 1;
+  }
+  std::string correspondence(int a, int b) const {
+    return "correspond/" + label(a / 2, a % 2) + "__" + label(b / 2, b % 2);
+  }
+  /// Runs a unit; its artifact is where later units look for it.
+  void run(const WorkUnit& unit) {
+    JobContext::Config config{.unit = unit.unit,
+                              .inputs = {},
+                              .sources = {},
+                              .out_dir = artifact(unit.name),
+                              .scratch_dir = artifact("scratch"),
+                              .cores = 1,
+                              .on_progress = {}};
+    for (const std::string& need : unit.needs) config.inputs[need] = folder_.path() / need;
+    JobContext context(config);
+    DepthJob::run(context, params_from_json<DepthJob::Params>(unit.params));
+  }
+
   synthetic::Picture expose(int vertex) const {
     const SceneCamera& c = cameras_[static_cast<std::size_t>(vertex / 2)];
     return scene_.render(c.pinhole, c.cam_from_world, c.time_s(vertex % 2));
@@ -74,7 +101,7 @@ class DepthJobTest : public testing::Test {
     return flow;
   }
   void write_correspondences(int a, int b) {
-    const auto folder = artifact("correspond/" + label(a / 2, a % 2) + "__" + label(b / 2, b % 2));
+    const auto folder = artifact(correspondence(a, b));
     write_flow(folder / "forward.exr", exact_flow(a, b));
     write_flow(folder / "backward.exr", exact_flow(b, a));
   }
@@ -87,20 +114,34 @@ class DepthJobTest : public testing::Test {
 
 TEST_F(DepthJobTest, NeedsTheEdgesToOtherViewpointsAndTheMotionAtTheirEnds) {
   const auto units = split();
-  ASSERT_EQ(units.size(), 4U);
-  const auto unit =
-      std::find_if(units.begin(), units.end(), [&](const WorkUnit& u) { return u.name == "depth/" + label(1, 0); });
-  ASSERT_NE(unit, units.end());
-  const auto needs = [&](int a, int b, int c, int d) {
-    const std::string job = "correspond/" + label(a, b) + "__" + label(c, d);
-    return std::count(unit->needs.begin(), unit->needs.end(), job) == 1;
-  };
-  EXPECT_TRUE(needs(0, 0, 1, 0));
-  EXPECT_TRUE(needs(0, 1, 1, 0));
-  EXPECT_TRUE(needs(0, 0, 0, 1));   // how things move in the other camera
-  EXPECT_FALSE(needs(1, 0, 1, 1));  // the camera's own next frame has no parallax
-  EXPECT_FALSE(unit->unit.at("edges").at(0).at("forward").get<bool>());
-  EXPECT_NEAR(unit->unit.at("edges").at(0).at("lag_s").get<double>(), 0.5 / 30, 1e-6);
+  ASSERT_EQ(units.size(), 8U);
+  const WorkUnit& unit = unit_named(units, "depth/" + label(1, 0) + "/single");
+  EXPECT_TRUE(needs(unit, correspondence(0, 2)));
+  EXPECT_TRUE(needs(unit, correspondence(1, 2)));
+  EXPECT_TRUE(needs(unit, correspondence(0, 1)));   // how things move in the other camera
+  EXPECT_FALSE(needs(unit, correspondence(2, 3)));  // the camera's own next frame has no parallax
+  EXPECT_FALSE(unit.unit.at("edges").at(0).at("forward").get<bool>());
+  EXPECT_NEAR(unit.unit.at("edges").at(0).at("lag_s").get<double>(), 0.5 / 30, 1e-6);
+}
+
+TEST_F(DepthJobTest, ThenHearsTheFrameAfter) {
+  const auto units = split();
+  const WorkUnit& unit = unit_named(units, "depth/" + label(1, 0));
+  EXPECT_TRUE(needs(unit, "depth/" + label(1, 0) + "/single"));
+  EXPECT_TRUE(needs(unit, "depth/" + label(1, 1) + "/single"));
+  EXPECT_TRUE(needs(unit, correspondence(2, 3)));
+  EXPECT_EQ(unit.links.size(), 1U);
+}
+
+TEST_F(DepthJobTest, WhatAJobNeedsStandsBeforeIt) {
+  std::set<std::string> before;
+  for (const WorkUnit& unit : split()) {
+    for (const std::string& need : unit.needs) {
+      const bool is_depth = need.starts_with("depth/");
+      EXPECT_TRUE(!is_depth || before.contains(need)) << unit.name << " needs " << need;
+    }
+    before.insert(unit.name);
+  }
 }
 
 TEST_F(DepthJobTest, OnlyDifferencesOfTimeMatter) {
@@ -112,29 +153,18 @@ TEST_F(DepthJobTest, OnlyDifferencesOfTimeMatter) {
 }
 
 TEST_F(DepthJobTest, RunWritesDepthOfStillAndMovingThings) {
-  const auto units = split();
-  const WorkUnit& unit = units[2];
-  ASSERT_EQ(unit.name, "depth/" + label(1, 0));
-  write_correspondences(0, 1);
-  write_correspondences(0, 2);
-  write_correspondences(1, 2);
+  for (const auto& [a, b] : {std::pair(0, 1), {0, 2}, {1, 2}, {1, 3}, {2, 3}}) write_correspondences(a, b);
   const synthetic::Picture image = expose(2);
   const auto ingest = artifact("ingest/" + cameras_[1].name);
   std::filesystem::create_directories(frame_path(ingest, 0).parent_path());
   write_picture(frame_path(ingest, 0), image.bgr);
 
-  JobContext::Config config{.unit = unit.unit,
-                            .inputs = {},
-                            .sources = {},
-                            .out_dir = artifact("out"),
-                            .scratch_dir = artifact("scratch"),
-                            .cores = 1,
-                            .on_progress = {}};
-  for (const std::string& need : unit.needs) config.inputs[need] = folder_.path() / need;
-  JobContext context(config);
-  DepthJob::run(context, params_from_json<DepthJob::Params>(unit.params));
+  const auto units = split();
+  for (const std::string& name : {label(1, 0) + "/single", label(1, 1) + "/single", label(1, 0)})
+    run(unit_named(units, "depth/" + name));
 
-  const DepthMap depth = read_depth(folder_.path() / "out/depth.exr");
+  const std::filesystem::path out = folder_.path() / "depth" / label(1, 0);
+  const DepthMap depth = read_depth(out / "depth.exr");
   std::vector<float> still, moving;
   for (int y = 0; y < depth.z.rows; ++y)
     for (int x = 0; x < depth.z.cols; ++x)
@@ -149,7 +179,7 @@ TEST_F(DepthJobTest, RunWritesDepthOfStillAndMovingThings) {
   };
   EXPECT_LT(median(still), 0.002F);
   EXPECT_LT(median(moving), 0.01F);
-  EXPECT_TRUE(std::filesystem::exists(folder_.path() / "out/preview.jpg"));
+  EXPECT_TRUE(std::filesystem::exists(out / "preview.jpg"));
 }
 
 }  // namespace
