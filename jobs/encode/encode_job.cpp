@@ -43,7 +43,7 @@ WorkUnit unit_of(const RenderRequest& request, const std::vector<VirtualView>& v
                {"stereo", stereo},
                {"jobs", jobs},
                {"frames", frames},
-               {"see_through", false},
+               {"see_through", options.is_see_through()},
                {"crossed_percent", options.crossed_percent},
                {"uncrossed_percent", options.uncrossed_percent}};
   std::set<std::string> links;  // a render may be named as one of the layouts is

@@ -8,11 +8,17 @@
 #include "jobs/encode/film.h"
 #include "jobs/encode/frame_pictures.h"
 #include "jobs/encode/layout.h"
+#include "jobs/views/hex_colour.h"
+#include "jobs/vision/colour_space.h"
 #include "jobs/vision/shot_images.h"
 
 namespace vantage {
 namespace fs = std::filesystem;
 namespace {
+
+cv::Vec3f linear_colour(const std::array<std::uint8_t, 3>& rgb) {
+  return linear_from_srgb(cv::Mat(1, 1, CV_8UC3, cv::Scalar(rgb[2], rgb[1], rgb[0])))(0, 0);
+}
 
 /// The films of one render.
 class Encoder {
@@ -24,7 +30,7 @@ class Encoder {
         fps_(context.unit().at("fps")),
         stereo_(context.unit().at("stereo")),
         see_through_(context.unit().at("see_through")),
-        background_(colour_from_hex(params.background, "[encode] background")) {
+        background_(linear_colour(rgb_from_hex(params.background, "[encode] background"))) {
     for (const Json& job : context.unit().at("jobs")) folders_.push_back(context.input(job.get<std::string>()));
     num_films_ = 1.0 + (params.prores ? 1 : 0) + (stereo_ ? static_cast<double>(params.stereo.size()) : 0);
   }

@@ -1,14 +1,8 @@
 #include "jobs/encode/frame_pictures.h"
 
-#include <fmt/format.h>
-
-#include <array>
-#include <cctype>
-
 #include "jobs/vision/colour_space.h"
 #include "jobs/vision/maps.h"
 #include "jobs/vision/shot_images.h"
-#include "schema/base/error.h"
 
 namespace vantage {
 namespace {
@@ -29,18 +23,6 @@ cv::Mat eye_picture(const std::filesystem::path& exr, const std::string& view, c
 }
 
 }  // namespace
-
-cv::Vec3f colour_from_hex(const std::string& hex, const std::string& what) {
-  const bool digits = hex.size() == 7 && hex[0] == '#' &&
-                      std::all_of(hex.begin() + 1, hex.end(), [](unsigned char c) { return std::isxdigit(c) != 0; });
-  if (!digits)
-    throw Error(ErrorKind::BadInput, fmt::format("{}: is \"{}\", expected a colour like \"#20a040\"", what, hex));
-  cv::Vec3f bgr;
-  for (int c = 0; c < 3; ++c)
-    bgr[2 - c] = linear_from_srgb(
-        static_cast<float>(std::stoi(hex.substr(static_cast<std::size_t>(1 + 2 * c), 2), nullptr, 16)) / 255.0F);
-  return bgr;
-}
 
 std::vector<cv::Mat> frame_pictures(const std::filesystem::path& folder, bool stereo, const PictureOptions& options) {
   if (options.deep || options.see_through) {

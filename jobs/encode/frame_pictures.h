@@ -6,9 +6,6 @@
 
 namespace vantage {
 
-/// "#20a040" as linear light BGR. Throws Error(BadInput) for anything else; what: its name in the message.
-cv::Vec3f colour_from_hex(const std::string& hex, const std::string& what);
-
 /// How frames become pictures of a film.
 struct PictureOptions {
   bool deep = false;                 ///< 16 bit from the EXR file, instead of 8 bit

@@ -25,6 +25,17 @@ float likeness(const cv::Vec3f& a, const cv::Vec3f& b) {
   return 1 / (1 + apart2 * apart2);
 }
 
+/// Bilinear, beyond the rim the rim; 1 without a matte.
+float alpha_at(const cv::Mat1f& alpha, const cv::Vec2f& px) {
+  if (alpha.empty()) return 1;
+  const float x = std::clamp(px[0] - 0.5F, 0.0F, static_cast<float>(alpha.cols - 1)),
+              y = std::clamp(px[1] - 0.5F, 0.0F, static_cast<float>(alpha.rows - 1));
+  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
+  const int x1 = std::min(x0 + 1, alpha.cols - 1), y1 = std::min(y0 + 1, alpha.rows - 1);
+  const float a = x - static_cast<float>(x0), b = y - static_cast<float>(y0);
+  return (1 - b) * ((1 - a) * alpha(y0, x0) + a * alpha(y0, x1)) + b * ((1 - a) * alpha(y1, x0) + a * alpha(y1, x1));
+}
+
 struct Candidate {
   std::size_t layer;
   float z, weight;
@@ -112,17 +123,18 @@ class Mixer {
 
   void write(int y, int x, ViewPicture& picture) const {
     cv::Vec3f sum(0, 0, 0), paint(0, 0, 0);
-    float all = 0, z = 0, guessed = 0;
+    float all = 0, z = 0, guessed = 0, alpha = 0;
     for (const Candidate& c : candidates_) {
       sum += c.weight * c.bgr;
       paint += c.weight * layers_[c.layer].paint;
       z += c.weight * c.z;
+      alpha += c.weight * alpha_at(layers_[c.layer].alpha, layers_[c.layer].layer.source_px(y, x));
       guessed += c.confidence <= kGuess ? c.weight : 0;
       all += c.weight;
     }
     for (int k = 0; k < 3; ++k) picture.bgr(y, x)[k] = std::max(0.0F, sum[k] / all);
     picture.z(y, x) = z / all;
-    picture.alpha(y, x) = 1;
+    picture.alpha(y, x) = alpha / all;
     for (int k = 0; k < 3; ++k) picture.paint(y, x)[k] = static_cast<uchar>(paint[k] / all);
     picture.hole(y, x) = guessed / all;
   }

@@ -9,7 +9,7 @@ namespace vantage {
 /// A drawn view.
 struct ViewPicture {
   cv::Mat3f bgr;    ///< linear light, 0–1
-  cv::Mat1f alpha;  ///< 1, or 0 where nothing is known
+  cv::Mat1f alpha;  ///< 0 where nothing is known, else 1, or the mattes' alpha, by which bgr is premultiplied
   cv::Mat1f z;      ///< depth, 0 where unknown
   cv::Mat1f hole;   ///< 0–1: how much of the colour is filled in or stands at a guessed place
   cv::Mat3b paint;  ///< the layers' paints mixed as their colours are: who contributes where
@@ -21,6 +21,7 @@ struct PictureLayer {
   cv::Mat3f bgr;  ///< the image, linear light, 0–1
   float share = 0;
   cv::Vec3f paint{255, 255, 255};  ///< BGR, 0–255
+  cv::Mat1f alpha = {};            ///< the image's matte, its colours are premultiplied; empty: opaque
 };
 
 /// Per pixel the mean of the layers' colours there, weighted by share × confidence and

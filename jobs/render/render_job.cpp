@@ -4,7 +4,9 @@
 
 #include <set>
 
+#include "jobs/mask_sources.h"
 #include "jobs/views/frame_plan.h"
+#include "jobs/views/hex_colour.h"
 #include "jobs/views/hull_limits.h"
 #include "schema/base/error.h"
 
@@ -34,12 +36,55 @@ std::set<std::string> depths_read(const FramePlan& plan) {
   return jobs;
 }
 
+/// What compositing needs besides the plan.
+void add_composite(WorkUnit& unit, const FramePlan& plan, const RenderRequest& request, int frame,
+                   const ShotState& state) {
+  const RenderOptions options = render_options(request);
+  if (options.matte == "none") return;
+  Json keys = Json::object();
+  std::set<std::string> named;
+  for (const PlannedImage& image : plan.images) {
+    if (options.matte == "key") keys[image.id.camera] = state.shot().camera(image.id.camera).key_color;
+    if (options.matte != "mask") continue;
+    for (Source& source : mask_sources(state, image.id))
+      if (named.insert(source.name).second) unit.sources.push_back(std::move(source));
+  }
+  unit.unit["matte"] = {{"kind", options.matte}, {"keys", keys}};
+  if (options.over.empty()) return;
+  const std::filesystem::path over = state.shot().folder / options.over / fmt::format("frame.{:06d}.exr", frame);
+  if (!std::filesystem::is_regular_file(over))
+    throw Error(ErrorKind::BadInput, fmt::format("{}: names {}, which has no frame.{:06d}.exr; expected one for each "
+                                                 "frame of render '{}': render the set along the same path first",
+                                                 request.options.where("over"), options.over, frame, request.name));
+  unit.sources.push_back({"over", std::filesystem::canonical(over)});
+}
+
+/// Mattes are there to be made.
+void check_composite(const RenderRequest& request, const Shot& shot) {
+  const RenderOptions options = render_options(request);
+  if (options.matte == "none" && !options.over.empty())
+    throw Error(ErrorKind::BadInput,
+                fmt::format("{}: needs matte = \"key\" or \"mask\": without one nothing of what is "
+                            "behind would be seen",
+                            request.options.where("over")));
+  for (const ShotCamera& camera : shot.cameras) {
+    const std::string where = fmt::format("{}:{}: camera '{}'", request.options.file, camera.line, camera.name);
+    if (options.matte == "key") rgb_from_hex(camera.key_color, where + " key_color");
+    if (options.matte == "mask" && camera.mask.empty())
+      throw Error(ErrorKind::BadInput,
+                  fmt::format("{}: has no mask, render '{}' with matte = \"mask\" needs one of every "
+                              "camera",
+                              where, request.name));
+  }
+}
+
 WorkUnit unit_of(const RenderRequest& request, const VirtualView& view, const Calibration& calibration,
-                 const Navspace& navspace) {
+                 const Navspace& navspace, const ShotState& state) {
   const FramePlan plan = plan_frame(view, request, calibration, navspace);
   WorkUnit unit;
   unit.name = render_job(request.name, view.frame);
   unit.unit = to_json(plan);
+  add_composite(unit, plan, request, view.frame, state);
   std::set<std::string> cameras;
   for (const PlannedImage& image : plan.images) cameras.insert(image.id.camera);
   unit.needs.emplace_back("calibrate");
@@ -58,7 +103,7 @@ WorkUnit unit_of(const RenderRequest& request, const VirtualView& view, const Ca
 
 void RenderJob::check(const Shot& shot) {
   for (const RenderRequest& request : shot.renders) {
-    render_options(request);
+    check_composite(request, shot);
     if (request.views.empty()) continue;
     const std::filesystem::path path = shot.folder / request.views;
     if (!std::filesystem::is_regular_file(path))
@@ -80,7 +125,7 @@ std::vector<WorkUnit> RenderJob::split(const ShotState& state, const Params&) {
     const bool refuse = render_options(request).outside == "refuse";
     for (const VirtualView& view : virtual_views(request, state.shot(), calibration, navspace)) {
       if (refuse) refuse_outside(request, view, navspace);
-      units.push_back(unit_of(request, view, calibration, navspace));
+      units.push_back(unit_of(request, view, calibration, navspace, state));
     }
   }
   return units;

@@ -2,6 +2,7 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "jobs/render/composite.h"
 #include "jobs/render/frame_preview.h"
 #include "jobs/render/measure_disparity.h"
 #include "jobs/render/render_job.h"
@@ -25,6 +26,7 @@ std::vector<SourceImage> read_images(JobContext& context, const FramePlan& plan)
                       shot.linear_bgr(planned.id),
                       {},
                       {}};
+    cut_out(context, shot, image);
     if (plan.reads_depth()) image.depth = read_depth(context.input(depth_job(planned.id)) / "depth.exr");
     images.push_back(std::move(image));
   }
@@ -82,6 +84,9 @@ void RenderJob::run(JobContext& context, const Params&) {
   for (const PlannedEye& eye : plan.eyes) {
     context.progress(0.2 + 0.7 * static_cast<double>(views.size()) / static_cast<double>(plan.eyes.size()), "drawing");
     views.push_back({eye.name, render_eye(images, plan, eye)});
+    if (!context.sources().contains("over")) continue;
+    ViewPicture& picture = views.back().picture;
+    picture = put_over(picture, read_rendered(context.source("over"), eye.name, picture.bgr.size()));
   }
   if (plan.stereo) finish_pair(context, views.at(0).picture, views.at(1).picture, *plan.stereo, curve);
   context.progress(0.9, "writing");

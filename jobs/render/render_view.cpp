@@ -20,11 +20,11 @@ ViewPicture render_eye(std::span<const SourceImage> images, const FramePlan& pla
       const double scale = eye.pinhole.fx / images[k].pinhole.fx;
       const PixelPlaces places(images, i, view, placing);
       layers[k] = {splat(places, {eye.pinhole.width, eye.pinhole.height}, scale), images[k].bgr,
-                   static_cast<float>(eye.share[k]), camera_paint(images, k)};
+                   static_cast<float>(eye.share[k]), camera_paint(images, k), images[k].alpha};
     }
   });
   ViewPicture picture = blend(layers);
-  fill_holes(picture);
+  if (images.front().alpha.empty()) fill_holes(picture);  // else what is unknown is see-through
   return picture;
 }
 

@@ -16,6 +16,7 @@ struct SourceImage {
   cv::Mat3f bgr;                 ///< undistorted, linear light, 0–1
   DepthMap depth;                ///< empty when depth is not used
   std::map<int, FlowMap> flows;  ///< by place of the other image
+  cv::Mat1f alpha = {};          ///< of a matte, 0–1, by which bgr is premultiplied; empty: no matte
 };
 
 /// World point of a pixel at a depth along the optical axis.

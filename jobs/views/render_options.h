@@ -25,6 +25,11 @@ struct RenderOptions {
   /// Content", 2010), which other broadcasters took over: 1 % in front of the screen, 2 % behind it.
   double crossed_percent = 1, uncrossed_percent = 2;
   double floating_window_percent = 0;
+  std::string matte = "none";
+  std::string over;
+
+  /// The frames' alpha is the foreground's.
+  bool is_see_through() const { return matte != "none" && over.empty(); }
 
   void fields(auto&& field) {
     field("method", method, OneOf{{"auto", "correspondence", "depth", "plain"}},
@@ -62,6 +67,14 @@ struct RenderOptions {
         "floating_window_percent", floating_window_percent, Range{0, 10},
         "stereo: black bars, left in the left eye and right in the right one, that bring the picture's frame this far "
         "in front of the screen, % of the width");
+    field(
+        "matte", matte, OneOf{{"none", "key", "mask"}},
+        "what of each image is foreground, the rest is see-through: key: what is not the camera's key_color; mask: its "
+        "mask, with its greys");
+    field(
+        "over", over, Any{},
+        "with a matte: what the foreground stands in front of or in: a folder of frames rendered for the same cameras "
+        "(frame.000000.exr …), e.g. of the empty set, relative to shot.toml");
   }
 };
 

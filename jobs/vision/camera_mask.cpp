@@ -11,17 +11,29 @@
 namespace vantage {
 namespace fs = std::filesystem;
 
+namespace {
+
+cv::Mat1b counting(const cv::Mat1b& greys) {
+  const cv::Mat counts = greys > 127;
+  return counts;
+}
+
+}  // namespace
+
 CameraMask::CameraMask(const JobContext& context, const FrameTable& table)
     : camera_(table.camera), size_(table.width, table.height) {
   const std::string still = "mask/" + camera_, sequence = still + "/";
-  if (context.sources().contains(still)) still_ = read(context.source(still));
+  if (context.sources().contains(still)) {
+    still_file_ = context.source(still);
+    still_ = counting(read(still_file_));
+  }
   for (const auto& [name, path] : context.sources())
     if (name.starts_with(sequence)) files_[std::stoi(name.substr(sequence.size()))] = path;
   if (!files_.empty()) num_before_ = read_footage_trim(context.input("ingest/" + camera_)).num_before;
 }
 
-cv::Mat1b CameraMask::at(int frame) const {
-  if (!exists() || !still_.empty()) return still_;
+const fs::path& CameraMask::file_at(int frame) const {
+  if (!still_file_.empty()) return still_file_;
   const auto found = files_.find(frame + num_before_);
   if (found == files_.end())
     throw Error(
@@ -29,8 +41,14 @@ cv::Mat1b CameraMask::at(int frame) const {
         fmt::format("camera '{}': its mask has no picture number {}, its footage has; expected one mask, or one "
                     "per picture of the footage",
                     camera_, frame + num_before_));
-  return read(found->second);
+  return found->second;
 }
+
+cv::Mat1b CameraMask::at(int frame) const {
+  return !exists() || !still_.empty() ? still_ : counting(read(file_at(frame)));
+}
+
+cv::Mat1b CameraMask::matte_at(int frame) const { return exists() ? read(file_at(frame)) : cv::Mat1b(); }
 
 cv::Mat1b CameraMask::of_plate(const std::vector<int>& frames) const {
   if (!exists() || !still_.empty()) return still_;
@@ -48,8 +66,7 @@ cv::Mat1b CameraMask::read(const fs::path& file) const {
   if (mask.empty()) fail("is not a picture that OpenCV can read");
   if (mask.size() != size_)
     fail(fmt::format("is {}x{} px, expected {}x{} as its footage", mask.cols, mask.rows, size_.width, size_.height));
-  const cv::Mat counts = mask > 127;
-  return counts;
+  return mask;
 }
 
 }  // namespace vantage

@@ -23,15 +23,19 @@ class CameraMask {
   /// Empty without a mask. Throws Error(BadInput) naming camera and file: unreadable, of another size, none for that
   /// frame.
   cv::Mat1b at(int frame) const;
+  /// The same with its greys, 0–255: for compositing.
+  cv::Mat1b matte_at(int frame) const;
   /// What a plate (the median of those frames) shows: counts where more than half of the frames count.
   cv::Mat1b of_plate(const std::vector<int>& frames) const;
 
  private:
+  const std::filesystem::path& file_at(int frame) const;
   cv::Mat1b read(const std::filesystem::path& file) const;
 
   std::string camera_;
   cv::Size size_;
   int num_before_ = 0;  ///< pictures trimmed off the start
+  std::filesystem::path still_file_;
   cv::Mat1b still_;
   std::map<int, std::filesystem::path> files_;  ///< by index in the whole footage
 };

@@ -55,9 +55,23 @@ cv::Mat ShotImages::bgr(const ImageId& image) {
 
 cv::Mat3f ShotImages::linear_bgr(const ImageId& image) {
   const cv::Mat levels = read_deep_picture(frame_path(context_.input("ingest/" + image.camera), image.frame));
-  const auto look = looks_.find(image.camera);
-  return undistorter(image.camera)
-      .apply(look == looks_.end() ? linear_from_srgb(levels) : linear_from_srgb(levels, look->second));
+  return undistorter(image.camera).apply(in_linear_light(image.camera, levels));
+}
+
+cv::Mat3f ShotImages::in_linear_light(const std::string& camera, const cv::Mat& levels) const {
+  const auto look = looks_.find(camera);
+  return look == looks_.end() ? linear_from_srgb(levels) : linear_from_srgb(levels, look->second);
+}
+
+cv::Vec3f ShotImages::linear_colour(const std::string& camera, const cv::Vec3b& filmed) const {
+  return in_linear_light(camera, cv::Mat3b(1, 1, filmed))(0, 0);
+}
+
+cv::Mat1f ShotImages::matte(const ImageId& image) {
+  const CameraMask mask(context_, table(image.camera));
+  cv::Mat1f matte;
+  if (mask.exists()) undistorter(image.camera).apply(mask.matte_at(image.frame)).convertTo(matte, CV_32F, 1 / 255.0);
+  return matte;
 }
 
 cv::Mat1b ShotImages::mask(const ImageId& image) {

@@ -27,9 +27,14 @@ class ShotImages {
   cv::Mat3f linear_bgr(const ImageId& image);
   /// Undistorted like bgr(): 255 where a pixel counts; empty when the job looks at no mask of that camera.
   cv::Mat1b mask(const ImageId& image);
+  /// Undistorted like bgr(): the mask with its greys, 0–1; empty when the job looks at no mask of that camera.
+  cv::Mat1f matte(const ImageId& image);
+  /// What linear_bgr() makes of a colour in that camera's footage (8-bit sRGB, BGR).
+  cv::Vec3f linear_colour(const std::string& camera, const cv::Vec3b& filmed) const;
   double time_s(const ImageId& image);
 
  private:
+  cv::Mat3f in_linear_light(const std::string& camera, const cv::Mat& levels) const;
   const FrameTable& table(const std::string& camera);
   const Undistorter& undistorter(const std::string& camera);
 
