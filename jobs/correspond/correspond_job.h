@@ -23,7 +23,7 @@ struct CorrespondJob {
   };
   static KindSpec spec() {
     return {.name = "correspond",
-            .version = 4,
+            .version = 5,
             .reads = "two images, calibration",
             .publishes = "dense maps both ways, confidence, occlusion"};
   }

@@ -11,15 +11,20 @@ namespace vantage {
 namespace {
 
 /// Warping averages up to four noisy pixels, which lowers the mean difference of two frames by up to 0.17 of its
-/// deviation; a motion must explain twice as much.
-constexpr float kMargin = 0.35F;
+/// deviation: a small motion must explain twice as much more. One of a pixel or longer is rarely made up; flat areas do
+/// not speak against it, so stillness must explain more than it does.
+float margin(double motion_px) {
+  constexpr double kOfNone = 0.35, kOfOnePixel = -0.1;
+  return static_cast<float>(kOfNone + (kOfOnePixel - kOfNone) * std::min(1.0, motion_px));
+}
+
 /// Differences beyond this many deviations are all equally bad.
 constexpr float kWorst = 6;
 /// Neighbours of like grey decide together; two levels as in fuse_flows, and wider, since flat areas do not know.
 constexpr int kSupportRadius_px = 6;
 constexpr double kSupportEpsilon = 60;
 /// Shorter motion is no motion.
-constexpr float kShortest_px = 0.05F;
+constexpr double kShortest_px = 0.05;
 
 /// Standard deviation of a - b over pixels that did not move, which are most; at least that of rounding.
 float noise_of(const cv::Mat1b& a, const cv::Mat1b& b) {
@@ -53,9 +58,10 @@ cv::Mat1b still_of(const cv::Mat1b& from, const cv::Mat1b& to, const cv::Mat2f& 
   cv::Mat1b still(from.size());
   for (int y = 0; y < from.rows; ++y)
     for (int x = 0; x < from.cols; ++x) {
-      const bool fits = misfit_still(y, x) <= misfit_moved(y, x) + kMargin;
+      const double motion_px = cv::norm(motion(y, x));
+      const bool fits = misfit_still(y, x) <= misfit_moved(y, x) + margin(motion_px);
       const bool hidden = trust(y, x) == 0 && back_trust(y, x) > 0 && cv::norm(back(y, x)) > kHiddenRoundTrip_px;
-      still(y, x) = fits || hidden || cv::norm(motion(y, x)) < kShortest_px ? 255 : 0;
+      still(y, x) = fits || hidden || motion_px < kShortest_px ? 255 : 0;
     }
   cv::medianBlur(still, still, 5);
   return still;
