@@ -22,13 +22,26 @@ void write_frame_exr(const std::filesystem::path& path, const std::vector<NamedP
   write_exr(path, parts);
 }
 
+namespace {
+
+/// PNG keeps colours that are not multiplied by alpha.
+cv::Mat3f straight(const ViewPicture& picture) {
+  cv::Mat3f bgr = picture.bgr.clone();
+  for (int y = 0; y < bgr.rows; ++y)
+    for (int x = 0; x < bgr.cols; ++x)
+      if (const float alpha = picture.alpha(y, x); alpha > 0 && alpha < 1) bgr(y, x) *= 1 / alpha;
+  return bgr;
+}
+
+}  // namespace
+
 cv::Mat frame_png(const std::vector<NamedPicture>& views) {
   std::vector<cv::Mat> pictures;
   for (const NamedPicture& v : views) {
     cv::Mat1b alpha;
     v.picture.alpha.convertTo(alpha, CV_8U, 255);
     cv::Mat picture;
-    cv::merge(std::vector<cv::Mat>{srgb8_from_linear(v.picture.bgr), alpha}, picture);
+    cv::merge(std::vector<cv::Mat>{srgb8_from_linear(straight(v.picture)), alpha}, picture);
     pictures.push_back(picture);
   }
   cv::Mat all;

@@ -51,6 +51,13 @@ TEST(ReadRendered, GivesBackWhatRenderWrote) {
   EXPECT_THROW(read_rendered(folder.path() / "frame.exr", "left", {9, 6}), Error);
 }
 
+TEST(FramePng, HoldsStraightColours) {
+  const cv::Mat4b png = frame_png({{"", picture_of({4, 4}, {0.5F, 0.25F, 0.125F}, 0.5F, 1)}});
+  EXPECT_EQ(png(1, 1)[0], 255);
+  EXPECT_EQ(png(1, 1)[1], 188);  // half the light
+  EXPECT_NEAR(png(1, 1)[3], 128, 1);
+}
+
 constexpr int kWidth = 160, kHeight = 120;
 const cv::Vec3f kGreen(0.08F, 0.5F, 0.06F);
 
