@@ -1,10 +1,9 @@
-#include <algorithm>
-#include <opencv2/imgproc.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "jobs/depth/depth_job.h"
+#include "jobs/depth/depth_preview.h"
 #include "jobs/depth/fuse_depth.h"
 #include "jobs/depth/regularise.h"
 #include "jobs/depth/steady_depth.h"
@@ -15,7 +14,6 @@
 namespace vantage {
 namespace {
 
-constexpr int kPreviewWidth = 480;
 /// Frames of one camera see a surface alike: they agree closer than edges between cameras do.
 constexpr double kSteadyShare = 1.0 / 3;
 
@@ -39,16 +37,6 @@ EdgeDepth depth_of_edge(const JobContext& context, const ShotImages& images, con
                       images.cam_from_world(other));
   return triangulate_edge(views, images.pinhole(other).fx, flow_of(context, edge), edge.at("lag_s").get<double>(), step,
                           {.max_epipolar_px = params.max_epipolar_px, .min_angle_deg = params.min_angle_deg});
-}
-
-cv::Mat preview(const cv::Mat& bgr, const DepthMap& depth) {
-  std::vector<cv::Mat> tiles{bgr, depth_picture(depth)};
-  const int width = kPreviewWidth / static_cast<int>(tiles.size());
-  for (cv::Mat& tile : tiles)
-    cv::resize(tile, tile, cv::Size(width, std::max(1, width * bgr.rows / bgr.cols)), 0, 0, cv::INTER_AREA);
-  cv::Mat row;
-  cv::hconcat(tiles, row);
-  return row;
 }
 
 double known_percent(const cv::Mat& known) {
@@ -85,12 +73,13 @@ void run_steady(JobContext& context, const DepthJob::Params& params) {
   context.progress(0.5, "outlines and gaps");
   const double agreement = params.agreement_percent / 100;
   const cv::Mat bgr = images.bgr(image);
-  const DepthMap depth = regularise(steady_depth(read_single(context, unit), carried, kSteadyShare * agreement), bgr,
+  const DepthMap own = read_single(context, unit);
+  const DepthMap depth = regularise(steady_depth(own, carried, kSteadyShare * agreement), bgr,
                                     {.agreement = agreement, .max_gap_percent = params.max_gap_percent});
 
   context.progress(0.9, "writing");
   write_depth(context.out("depth.exr"), depth);
-  write_picture(context.out("preview.jpg"), preview(bgr, depth));
+  write_picture(context.out("preview.jpg"), depth_preview(bgr, depth, own.confidence));
   const double known = known_percent(depth.z > 0);
   context.figure("frames", carried.size() + 1);
   context.figure("known_percent", known);
