@@ -30,7 +30,7 @@ struct DepthJob {
   };
   static KindSpec spec() {
     return {
-        .name = "depth", .version = 4, .reads = "correspondences of an image, poses", .publishes = "depth, confidence"};
+        .name = "depth", .version = 5, .reads = "correspondences of an image, poses", .publishes = "depth, confidence"};
   }
   /// With [depth]: every image with an edge to another viewpoint. Else those whose depth renders read.
   static std::vector<WorkUnit> split(const ShotState& state, const Params& params);

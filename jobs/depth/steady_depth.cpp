@@ -49,7 +49,10 @@ DepthMap steady_depth(const DepthMap& own, std::span<const DepthMap> carried, do
       if (votes.empty()) continue;
       const Consensus consensus = consensus_of(votes, static_cast<float>(agreement));
       out.z(y, x) = 1 / consensus.inverse_depth;
-      out.confidence(y, x) = surest * consensus.share;
+      const float outvoted_at = static_cast<float>(agreement) * consensus.inverse_depth;
+      const bool own_holds = own.z(y, x) > 0 && std::abs(1 / own.z(y, x) - consensus.inverse_depth) <= outvoted_at;
+      // Frames that differ, as where things come nearer, take nothing from what the image's own edges agree on.
+      out.confidence(y, x) = std::max(surest * consensus.share, own_holds ? own.confidence(y, x) : 0.0F);
     }
   return out;
 }

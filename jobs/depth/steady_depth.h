@@ -21,6 +21,7 @@ DepthMap carried_depth(const DepthFrame& frame, const Pinhole& pinhole, const Ri
 
 /// Weighted median of inverse depths by confidence, then the mean of those within `agreement` of it. Things that come
 /// nearer evenly stay where they are: what one frame says too near, the other says too far.
+/// Confidence: the surest one's times the share of all that agrees, and no less than the image's own where that holds.
 DepthMap steady_depth(const DepthMap& own, std::span<const DepthMap> carried, double agreement);
 
 }  // namespace vantage

@@ -22,7 +22,9 @@ TEST(SteadyDepth, AMomentsOutlierIsOutvotedByTheFramesAround) {
 
 TEST(SteadyDepth, WhatComesNearerStaysWhereItIs) {
   const std::vector around{flat(4.3F, 1), flat(3.7F, 1)};
-  EXPECT_NEAR(steady_depth(flat(4.0F, 1), around, kAgreement).z(5, 5), 4, 1e-4);
+  const DepthMap steady = steady_depth(flat(4.0F, 1), around, kAgreement);
+  EXPECT_NEAR(steady.z(5, 5), 4, 1e-4);
+  EXPECT_FLOAT_EQ(steady.confidence(5, 5), 1);
 }
 
 TEST(SteadyDepth, AGapIsHeardFromTheFramesAround) {
