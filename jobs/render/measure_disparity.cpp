@@ -64,7 +64,9 @@ class Measurement {
   double percent_of(float z) const {
     return -100 * curve_(plan_.rig.disparity_px(static_cast<double>(z))) / plan_.mapping.width_px;
   }
-  double percentile(double share) const { return -100 * histogram_.quantile(1 - share) / plan_.mapping.width_px; }
+  double percentile(double share) const {
+    return std::clamp(-100 * histogram_.quantile(1 - share) / plan_.mapping.width_px, nearest_, farthest_);
+  }
 
   const StereoPlan& plan_;
   const DisparityCurve& curve_;

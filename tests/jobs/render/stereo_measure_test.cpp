@@ -33,6 +33,8 @@ TEST(MeasureDisparity, IsInPercentOfTheWidthNegativeInFront) {
   EXPECT_NEAR(d.nearest_percent, -2, 1e-6);
   EXPECT_NEAR(d.farthest_percent, 1, 1e-6);
   EXPECT_NEAR(d.p50_percent, 1, 0.05);
+  EXPECT_GE(d.p0_1_percent, d.nearest_percent);
+  EXPECT_LE(d.p99_9_percent, d.farthest_percent);
   EXPECT_NEAR(d.too_near_share, 2000.0 / 19000, 1e-9);
   EXPECT_EQ(d.too_far_share, 0);
 }
