@@ -130,7 +130,10 @@ cv::Mat3b depth_budget_chart(const std::vector<BudgetFrame>& frames, const Depth
     cv::rectangle(picture, chart.bar(k, d.p50_percent, d.p50_percent), cv::Scalar(40, 40, 40), cv::FILLED);
   }
   draw_scale(picture, chart);
-  write_text(picture, "disparity, % of the width: in front of the screen at the top; green: the depth budget",
+  for (const double limit : {-budget.crossed_percent, budget.uncrossed_percent})
+    cv::line(picture, {Chart::kLeft, chart.y(limit)}, {Chart::kLeft + Chart::kWidth, chart.y(limit)},
+             cv::Scalar(60, 150, 60), 2);
+  write_text(picture, "disparity, % of the width: in front of the screen at the top; green: limits of the depth budget",
              {Chart::kLeft, 18});
   write_text(picture, fmt::format("frame {}", frames.front().frame), {Chart::kLeft, Chart::kTop + Chart::kHeight + 20});
   write_text(picture, fmt::format("{}", frames.back().frame),
