@@ -2,7 +2,7 @@
 
 #include <bit>
 
-#include "jobs/correspond/vector_clones.h"
+#include "jobs/vision/vector_clones.h"
 
 namespace vantage {
 namespace {

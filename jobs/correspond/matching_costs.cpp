@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "jobs/correspond/census.h"
-#include "jobs/correspond/vector_clones.h"
+#include "jobs/vision/vector_clones.h"
 
 namespace vantage {
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdlib>
 
-#include "jobs/correspond/vector_clones.h"
+#include "jobs/vision/vector_clones.h"
 
 namespace vantage {
 namespace {

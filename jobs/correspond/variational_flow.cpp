@@ -8,7 +8,7 @@
 
 #include "jobs/correspond/chess_board.h"
 #include "jobs/correspond/flow_pair.h"
-#include "jobs/correspond/vector_clones.h"
+#include "jobs/vision/vector_clones.h"
 
 namespace vantage {
 namespace {

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "jobs/correspond/vector_clones.h"
 #include "jobs/render/behind_edges.h"
 #include "jobs/render/filled_depth.h"
+#include "jobs/vision/vector_clones.h"
 
 namespace vantage {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "jobs/correspond/vector_clones.h"
+#include "jobs/vision/vector_clones.h"
 
 namespace vantage {
 namespace {
