@@ -11,6 +11,9 @@
 namespace vantage {
 namespace {
 
+/// Of the scene's distance: centres that are off a line by less (rms) say less of the turn about it than orientations.
+constexpr double kOnALine = 0.1;
+
 Eigen::MatrixX3d centres_of(std::span<const RigidTransform> poses) {
   Eigen::MatrixX3d rows(static_cast<Eigen::Index>(poses.size()), 3);
   for (std::size_t k = 0; k < poses.size(); ++k) rows.row(static_cast<Eigen::Index>(k)) = poses[k].centre().transpose();
@@ -53,12 +56,19 @@ Similarity align_poses(std::span<const RigidTransform> from, std::span<const Rig
   const Eigen::RowVector3d mean_x = x.colwise().mean(), mean_y = y.colwise().mean();
   const Eigen::MatrixX3d dx = x.rowwise() - mean_x, dy = y.rowwise() - mean_y;
   check(dx.norm() > 0, "a similarity needs centres that differ");
-  Eigen::Matrix3d turned = dy.norm() / dx.norm() * dy.transpose() * dx;
-  for (std::size_t k = 0; k < from.size(); ++k)
-    turned += scene_distance * scene_distance * to[k].R.transpose() * from[k].R;
+  const Eigen::Vector3d spread =
+      (dy.transpose() * dy / static_cast<double>(to.size())).eval().selfadjointView<Eigen::Lower>().eigenvalues();
+  const double off_line = std::sqrt(std::max(0.0, spread[0] + spread[1]));
   Similarity s;
-  s.R = nearest_rotation(turned);
-  s.scale = (dy.cwiseProduct(dx * s.R.transpose())).sum() / dx.squaredNorm();
+  if (off_line > kOnALine * scene_distance) {
+    s.R = nearest_rotation(dy.transpose() * dx);
+    s.scale = (dy.cwiseProduct(dx * s.R.transpose())).sum() / dx.squaredNorm();
+  } else {
+    Eigen::Matrix3d turned = Eigen::Matrix3d::Zero();
+    for (std::size_t k = 0; k < from.size(); ++k) turned += to[k].R.transpose() * from[k].R;
+    s.R = nearest_rotation(turned);
+    s.scale = dy.norm() / dx.norm();
+  }
   s.t = mean_y.transpose() - s.scale * (s.R * mean_x.transpose());
   return s;
 }
