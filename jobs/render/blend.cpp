@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "jobs/render/resample.h"
+#include "schema/base/error.h"
 
 namespace vantage {
 namespace {
@@ -124,6 +125,7 @@ class Mixer {
   void write(int y, int x, ViewPicture& picture) const {
     cv::Vec3f sum(0, 0, 0), paint(0, 0, 0);
     float all = 0, z = 0, guessed = 0, alpha = 0;
+    const Candidate* strongest = &candidates_.front();
     for (const Candidate& c : candidates_) {
       sum += c.weight * c.bgr;
       paint += c.weight * layers_[c.layer].paint;
@@ -131,7 +133,9 @@ class Mixer {
       alpha += c.weight * alpha_at(layers_[c.layer].alpha, layers_[c.layer].layer.source_px(y, x));
       guessed += c.confidence <= kGuess ? c.weight : 0;
       all += c.weight;
+      if (c.weight > strongest->weight) strongest = &c;
     }
+    picture.strongest(y, x) = static_cast<uchar>(strongest->layer);
     for (int k = 0; k < 3; ++k) picture.bgr(y, x)[k] = std::max(0.0F, sum[k] / all);
     picture.z(y, x) = z / all;
     picture.alpha(y, x) = alpha / all;
@@ -147,9 +151,11 @@ class Mixer {
 }  // namespace
 
 ViewPicture blend(const std::vector<PictureLayer>& layers) {
+  check(layers.size() < kNoLayer, "a view is drawn from fewer than 255 images");
   const cv::Size size = layers.front().layer.z.size();
-  ViewPicture picture{cv::Mat3f(size, cv::Vec3f(0, 0, 0)), cv::Mat1f(size, 0.0F), cv::Mat1f(size, 0.0F),
-                      cv::Mat1f(size, 1.0F), cv::Mat3b(size, cv::Vec3b(0, 0, 0))};
+  ViewPicture picture{
+      cv::Mat3f(size, cv::Vec3f(0, 0, 0)), cv::Mat1f(size, 0.0F),    cv::Mat1f(size, 0.0F), cv::Mat1f(size, 1.0F),
+      cv::Mat3b(size, cv::Vec3b(0, 0, 0)), cv::Mat1b(size, kNoLayer)};
   cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& rows) {
     Mixer mixer(layers);
     for (int y = rows.start; y < rows.end; ++y)

@@ -6,13 +6,18 @@
 
 namespace vantage {
 
+constexpr uchar kNoLayer = 255;
+
 /// A drawn view.
 struct ViewPicture {
-  cv::Mat3f bgr;    ///< linear light, 0–1
-  cv::Mat1f alpha;  ///< 0 where nothing is known, else 1, or the mattes' alpha, by which bgr is premultiplied
-  cv::Mat1f z;      ///< depth, 0 where unknown
-  cv::Mat1f hole;   ///< 0–1: how much of the colour is filled in or stands at a guessed place
-  cv::Mat3b paint;  ///< the layers' paints mixed as their colours are: who contributes where
+  cv::Mat3f bgr;          ///< linear light, 0–1
+  cv::Mat1f alpha;        ///< 0 where nothing is known, else 1, or the mattes' alpha, by which bgr is premultiplied
+  cv::Mat1f z;            ///< depth, 0 where unknown
+  cv::Mat1f hole;         ///< 0–1: how much of the colour is filled in or stands at a guessed place
+  cv::Mat3b paint;        ///< the layers' paints mixed as their colours are: who contributes where
+  cv::Mat1b strongest{};  ///< which layer weighs most; kNoLayer: none
+  cv::Mat2f forward{};  ///< px to the next frame of the film, x right, y down (forward_motion.h); empty: not asked for,
+                        ///< or composited
 };
 
 /// A layer, the picture it shows, and how much it counts.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <set>
 
 #include "jobs/mask_sources.h"
@@ -78,9 +79,9 @@ void check_composite(const RenderRequest& request, const Shot& shot) {
   }
 }
 
-WorkUnit unit_of(const RenderRequest& request, const VirtualView& view, const Calibration& calibration,
-                 const Navspace& navspace, const ShotState& state) {
-  const FramePlan plan = plan_frame(view, request, calibration, navspace);
+WorkUnit unit_of(const RenderRequest& request, const VirtualView& view, const VirtualView& next,
+                 const Calibration& calibration, const Navspace& navspace, const ShotState& state) {
+  const FramePlan plan = plan_frame(view, next, request, calibration, navspace);
   WorkUnit unit;
   unit.name = render_job(request.name, view.frame);
   unit.unit = to_json(plan);
@@ -123,9 +124,11 @@ std::vector<WorkUnit> RenderJob::split(const ShotState& state, const Params&) {
   std::vector<WorkUnit> units;
   for (const RenderRequest& request : state.shot().renders) {
     const bool refuse = render_options(request).outside == "refuse";
-    for (const VirtualView& view : virtual_views(request, state.shot(), calibration, navspace)) {
-      if (refuse) refuse_outside(request, view, navspace);
-      units.push_back(unit_of(request, view, calibration, navspace, state));
+    const std::vector<VirtualView> views = virtual_views(request, state.shot(), calibration, navspace);
+    for (std::size_t k = 0; k < views.size(); ++k) {
+      if (refuse) refuse_outside(request, views[k], navspace);
+      units.push_back(
+          unit_of(request, views[k], views[std::min(k + 1, views.size() - 1)], calibration, navspace, state));
     }
   }
   return units;

@@ -83,7 +83,7 @@ void RenderJob::run(JobContext& context, const Params&) {
   std::vector<NamedPicture> views;
   for (const PlannedEye& eye : plan.eyes) {
     context.progress(0.2 + 0.7 * static_cast<double>(views.size()) / static_cast<double>(plan.eyes.size()), "drawing");
-    views.push_back({eye.name, render_eye(images, plan, eye)});
+    views.push_back({eye.name, render_eye(images, plan, eye), {eye.pinhole, eye.cam_from_world, plan.fps}});
     if (!context.sources().contains("over")) continue;
     ViewPicture& picture = views.back().picture;
     picture = put_over(picture, read_rendered(context.source("over"), eye.name, picture.bgr.size()));

@@ -2,6 +2,7 @@
 
 #include "jobs/render/camera_paint.h"
 #include "jobs/render/fill_holes.h"
+#include "jobs/render/forward_motion.h"
 #include "jobs/render/pixel_places.h"
 #include "jobs/render/splat.h"
 #include "schema/base/error.h"
@@ -24,6 +25,12 @@ ViewPicture render_eye(std::span<const SourceImage> images, const FramePlan& pla
     }
   });
   ViewPicture picture = blend(layers);
+  if (eye.next && plan.method != "plain") {
+    const ViewCamera next{eye.next->pinhole, eye.next->cam_from_world, eye.disparity};
+    PlacingOptions at_next = placing;
+    at_next.time_s = eye.next->time_s;
+    picture.forward = forward_motion(images, layers, picture.strongest, view, placing, next, at_next);
+  }
   if (images.front().alpha.empty()) fill_holes(picture);  // else what is unknown is see-through
   return picture;
 }

@@ -4,9 +4,20 @@
 #include "jobs/vision/maps.h"
 
 namespace vantage {
+namespace {
+
+void add_motion(Channels& channels, const cv::Mat2f& motion_px) {
+  std::vector<cv::Mat1f> uv(2);
+  cv::split(motion_px, uv);
+  channels["forward.u"] = to_plane(uv[0]);
+  channels["forward.v"] = to_plane(cv::Mat1f(-uv[1]));
+}
+
+}  // namespace
 
 void write_frame_exr(const std::filesystem::path& path, const std::vector<NamedPicture>& views) {
   std::vector<ExrPart> parts;
+  std::vector<ExrCamera> cameras;
   for (const NamedPicture& v : views) {
     std::vector<cv::Mat1f> channels;
     cv::split(v.picture.bgr, channels);
@@ -17,9 +28,11 @@ void write_frame_exr(const std::filesystem::path& path, const std::vector<NamedP
                                   {"A", to_plane(v.picture.alpha)},
                                   {"Z", to_plane(v.picture.z)},
                                   {"mask.hole", to_plane(v.picture.hole)}},
-                     .half_channels = {"R", "G", "B", "A", "mask.hole"}});
+                     .half_channels = {"R", "G", "B", "A", "mask.hole", "forward.u", "forward.v"}});
+    if (!v.picture.forward.empty()) add_motion(parts.back().channels, v.picture.forward);
+    cameras.push_back(v.camera);
   }
-  write_exr(path, parts);
+  write_exr(path, parts, cameras);
 }
 
 namespace {

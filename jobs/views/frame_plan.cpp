@@ -18,13 +18,26 @@ Json to_json(const PlannedEye& eye) {
             {"pose", to_json(eye.cam_from_world)},
             {"mu", eye.mu},
             {"share", eye.share}};
+  if (eye.next)
+    j["next"] = {{"pinhole", to_json(eye.next->pinhole)},
+                 {"pose", to_json(eye.next->cam_from_world)},
+                 {"time_s", eye.next->time_s}};
   if (eye.disparity) j["shift_sign"] = eye.disparity->sign;
   return j;
 }
 
 PlannedEye eye_from(const Json& j, const std::optional<StereoPlan>& stereo) {
-  PlannedEye eye{j.at("name"), pinhole_from(j.at("pinhole")), pose_from(j.at("pose")), j.at("mu"), j.at("share"),
-                 std::nullopt};
+  PlannedEye eye{j.at("name"),
+                 pinhole_from(j.at("pinhole")),
+                 pose_from(j.at("pose")),
+                 j.at("mu"),
+                 j.at("share"),
+                 std::nullopt,
+                 {}};
+  if (j.contains("next")) {
+    const Json& next = j.at("next");
+    eye.next = NextEye{pinhole_from(next.at("pinhole")), pose_from(next.at("pose")), next.at("time_s")};
+  }
   if (j.contains("shift_sign")) eye.disparity = DisparityRule{j.at("shift_sign"), stereo.value().rig, {}};
   return eye;
 }
@@ -107,10 +120,11 @@ std::string render_job(const std::string& request, int frame) {
   return fmt::format("render/{}/{:06d}", request, frame);
 }
 
-FramePlan plan_frame(const VirtualView& view, const RenderRequest& request, const Calibration& calibration,
-                     const Navspace& navspace) {
+FramePlan plan_frame(const VirtualView& view, const VirtualView& next, const RenderRequest& request,
+                     const Calibration& calibration, const Navspace& navspace) {
   FramePlan plan;
   plan.time_s = view.time_s;
+  plan.fps = request.fps;
   plan.scene_distance = (view.cam_from_world * navspace.centre).norm();
   plan.method = request.mode == "stereo-depth" ? "depth" : render_options(request).method;
   plan.outside = view.location.outside || std::any_of(view.eyes.begin(), view.eyes.end(),
@@ -122,9 +136,15 @@ FramePlan plan_frame(const VirtualView& view, const RenderRequest& request, cons
     const NavVertex& vertex = navspace.vertices[static_cast<std::size_t>(v)];
     plan.images.push_back({vertex.image, vertex.time_s});
   }
-  for (const VirtualEye& eye : view.eyes) {
-    PlannedEye planned{eye.name, eye.pinhole, eye.cam_from_world, std::vector<double>(plan.images.size(), 0.0),
-                       {},       std::nullopt};
+  for (std::size_t e = 0; e < view.eyes.size(); ++e) {
+    const VirtualEye &eye = view.eyes[e], &then = next.eyes.at(e);
+    PlannedEye planned{eye.name,
+                       eye.pinhole,
+                       eye.cam_from_world,
+                       std::vector<double>(plan.images.size(), 0.0),
+                       {},
+                       std::nullopt,
+                       NextEye{then.pinhole, then.cam_from_world, next.time_s}};
     if (eye.shift_sign != 0) planned.disparity = DisparityRule{eye.shift_sign, view.stereo->rig, {}};
     for (std::size_t k = 0; k < eye.location.vertices.size(); ++k)
       planned.mu[place.at(eye.location.vertices[k])] = eye.location.weights[k];
@@ -145,10 +165,9 @@ Json to_json(const FramePlan& plan) {
   for (const PlannedImage& image : plan.images)
     images.push_back({{"camera", image.id.camera}, {"frame", image.id.frame}, {"time_s", image.time_s}});
   for (const PlannedEye& eye : plan.eyes) eyes.push_back(to_json(eye));
-  Json unit = {{"time_s", plan.time_s},  {"scene_distance", plan.scene_distance},
-               {"method", plan.method},  {"images", images},
-               {"edges", plan.edges},    {"eyes", eyes},
-               {"outside", plan.outside}};
+  Json unit = {{"time_s", plan.time_s}, {"fps", plan.fps},        {"scene_distance", plan.scene_distance},
+               {"method", plan.method}, {"images", images},       {"edges", plan.edges},
+               {"eyes", eyes},          {"outside", plan.outside}};
   if (plan.stereo) unit["stereo"] = to_json(*plan.stereo);
   return unit;
 }
@@ -156,6 +175,7 @@ Json to_json(const FramePlan& plan) {
 FramePlan frame_plan_from(const Json& unit) {
   FramePlan plan;
   plan.time_s = unit.at("time_s");
+  plan.fps = unit.at("fps");
   plan.scene_distance = unit.at("scene_distance");
   plan.method = unit.at("method");
   plan.edges = unit.at("edges");

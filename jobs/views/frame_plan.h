@@ -17,6 +17,13 @@ struct PlannedImage {
   double time_s = 0;
 };
 
+/// An eye as it is in the next frame of the film; the last frame's stands still.
+struct NextEye {
+  Pinhole pinhole;
+  RigidTransform cam_from_world;
+  double time_s = 0;
+};
+
 struct PlannedEye {
   std::string name;  ///< "", or "left" and "right"
   Pinhole pinhole;
@@ -24,10 +31,12 @@ struct PlannedEye {
   std::vector<double> mu;     ///< barycentric weight per image; sum 1
   std::vector<double> share;  ///< weight of an image's colours: its camera's mu, by closeness in place and time; sum 1
   std::optional<DisparityRule> disparity;  ///< mode "stereo-depth"; its curve is made where depth can be read
+  std::optional<NextEye> next;             ///< empty: nobody asks for motion
 };
 
 struct FramePlan {
   double time_s = 0;
+  double fps = 30;
   double scene_distance = 1;  ///< of the sphere's centre from the middle camera, world units
   std::string method = "auto";
   std::vector<PlannedImage> images;
@@ -39,8 +48,9 @@ struct FramePlan {
   bool reads_depth() const { return method == "auto" || method == "depth"; }
 };
 
-FramePlan plan_frame(const VirtualView& view, const RenderRequest& request, const Calibration& calibration,
-                     const Navspace& navspace);
+/// next: the frame after it; the last one's is itself.
+FramePlan plan_frame(const VirtualView& view, const VirtualView& next, const RenderRequest& request,
+                     const Calibration& calibration, const Navspace& navspace);
 
 Json to_json(const FramePlan& plan);
 FramePlan frame_plan_from(const Json& unit);

@@ -2,12 +2,14 @@
 
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
+#include <ImfFramesPerSecond.h>
 #include <ImfHeader.h>
 #include <ImfInputPart.h>
 #include <ImfMultiPartInputFile.h>
 #include <ImfMultiPartOutputFile.h>
 #include <ImfOutputPart.h>
 #include <ImfPartType.h>
+#include <ImfStandardAttributes.h>
 #include <ImfThreading.h>
 #include <fmt/format.h>
 #include <half.h>
@@ -15,6 +17,7 @@
 #include <algorithm>
 
 #include "schema/base/error.h"
+#include "schema/formats/exr_camera.h"
 
 namespace vantage {
 namespace {
@@ -57,17 +60,57 @@ void write_part(Imf::OutputPart out, const ExrPart& part) {
   out.writePixels(part.channels.begin()->second.height);
 }
 
-}  // namespace
+/// For row vectors, as Imath has them.
+Imath::M44f transposed(const Eigen::Matrix4d& m) {
+  Imath::M44f out;
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c) out[r][c] = static_cast<float>(m(c, r));
+  return out;
+}
 
-void write_exr(const std::filesystem::path& path, const std::vector<ExrPart>& parts) {
+void add_camera(Imf::Header& header, const ExrCamera& camera) {
+  const Pinhole& p = camera.pinhole;
+  Eigen::Matrix4d cam_from_world = Eigen::Matrix4d::Identity();
+  cam_from_world.topLeftCorner<3, 3>() = camera.cam_from_world.R;
+  cam_from_world.topRightCorner<3, 1>() = camera.cam_from_world.t;
+  const Eigen::Matrix4d y_up = Eigen::Vector4d(1, -1, 1, 1).asDiagonal();
+  Eigen::Matrix4d ndc_from_cam = Eigen::Matrix4d::Zero();
+  ndc_from_cam.row(0) << p.fx / p.width, 0, p.cx / p.width, 0;
+  ndc_from_cam.row(1) << 0, p.fy / p.height, p.cy / p.height, 0;
+  ndc_from_cam(2, 2) = ndc_from_cam(3, 2) = 1;
+  Imf::addWorldToCamera(header, transposed(y_up * cam_from_world));
+  Imf::addWorldToNDC(header, transposed(ndc_from_cam * cam_from_world));
+  Imf::addFramesPerSecond(header, Imf::guessExactFps(camera.fps));
+}
+
+void write_parts(const std::filesystem::path& path, const std::vector<ExrPart>& parts,
+                 const std::vector<Imf::Header>& headers) {
   try {
-    std::vector<Imf::Header> headers;
-    for (std::size_t i = 0; i < parts.size(); ++i) headers.push_back(header_of(parts[i], i));
     Imf::MultiPartOutputFile file(path.c_str(), headers.data(), static_cast<int>(headers.size()), false, 0);
     for (std::size_t i = 0; i < parts.size(); ++i) write_part(Imf::OutputPart(file, static_cast<int>(i)), parts[i]);
   } catch (const Iex::BaseExc& e) {
     throw Error(ErrorKind::Resource, fmt::format("{}: cannot write EXR: {}", path.string(), e.what()));
   }
+}
+
+std::vector<Imf::Header> headers_of(const std::vector<ExrPart>& parts) {
+  std::vector<Imf::Header> headers;
+  for (std::size_t i = 0; i < parts.size(); ++i) headers.push_back(header_of(parts[i], i));
+  return headers;
+}
+
+}  // namespace
+
+void write_exr(const std::filesystem::path& path, const std::vector<ExrPart>& parts) {
+  write_parts(path, parts, headers_of(parts));
+}
+
+void write_exr(const std::filesystem::path& path, const std::vector<ExrPart>& parts,
+               const std::vector<ExrCamera>& cameras) {
+  check(parts.size() == cameras.size(), "every part of a film frame has a camera");
+  std::vector<Imf::Header> headers = headers_of(parts);
+  for (std::size_t i = 0; i < parts.size(); ++i) add_camera(headers[i], cameras[i]);
+  write_parts(path, parts, headers);
 }
 
 Channels read_exr(const std::filesystem::path& path, const std::string& view) {

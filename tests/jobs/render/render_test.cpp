@@ -147,6 +147,26 @@ TEST(Render, Equation6AsPrintedDrawsTwoThreeAndFourImages) {
   EXPECT_GE(score(b, "plain", {1, 0, 0, 0}).drawn_db, 50);
 }
 
+/// Where the pixels of a moving scene go until the next frame, whose camera stands elsewhere, too.
+TEST(Render, ForwardMotionLeadsToTheNextFrame) {
+  Bench b = bench(true);
+  b.plan.method = "depth";
+  PlannedEye eye = eye_between(b, kBetween);
+  RigidTransform next = eye.cam_from_world;
+  next.t.x() += 0.1;
+  const double next_s = b.plan.time_s + 0.01;
+  eye.next = NextEye{eye.pinhole, next, next_s};
+  const ViewPicture picture = render_eye(b.images, b.plan, eye);
+  const Picture now = b.scene.render(eye.pinhole, eye.cam_from_world, b.plan.time_s);
+  const cv::Mat2f truth =
+      b.scene.correspondence(now, eye.pinhole, eye.cam_from_world, b.plan.time_s, eye.pinhole, next, next_s).motion_px;
+  int close = 0;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) close += cv::norm(picture.forward(y, x) - truth(y, x)) < 0.25;
+  EXPECT_GT(cv::norm(truth(kHeight / 2, kWidth / 2)), 1);
+  EXPECT_GE(close, 0.9 * kWidth * kHeight);
+}
+
 TEST(Render, TwoAndThreeImagesAreEnough) {
   Bench b = bench(true);
   for (const std::vector<double>& mu : {std::vector<double>{0.5, 0, 0.5, 0}, std::vector<double>{0.4, 0.3, 0.3, 0}}) {
@@ -229,12 +249,13 @@ TEST(Render, IsTheSameEachTimeAndForAnyNumberOfThreads) {
 
 TEST(WriteFrame, StereoExrHasBothViewsInLinearLight) {
   const TemporaryFolder folder;
-  ViewPicture left{cv::Mat3f(4, 6, cv::Vec3f(0.5F, 0.25F, 1)),
-                   cv::Mat1f(4, 6, 1.0F),
-                   cv::Mat1f(4, 6, 3.0F),
-                   cv::Mat1f(4, 6, 0.25F),
-                   {}},
-      right = left;
+  ViewPicture left;
+  left.bgr = cv::Mat3f(4, 6, cv::Vec3f(0.5F, 0.25F, 1));
+  left.alpha = cv::Mat1f(4, 6, 1.0F);
+  left.z = cv::Mat1f(4, 6, 3.0F);
+  left.hole = cv::Mat1f(4, 6, 0.25F);
+  left.forward = cv::Mat2f(4, 6, cv::Vec2f(2, 3));
+  ViewPicture right = left;
   right.bgr = cv::Mat3f(4, 6, cv::Vec3f(0, 0, 0));
   write_frame_exr(folder.path() / "f.exr", {{"left", left}, {"right", right}});
   const Channels l = read_exr(folder.path() / "f.exr", "left"), r = read_exr(folder.path() / "f.exr", "right");
@@ -242,6 +263,9 @@ TEST(WriteFrame, StereoExrHasBothViewsInLinearLight) {
   EXPECT_NEAR(l.at("R").values[0], 1, 1e-3);
   EXPECT_EQ(l.at("Z").values[5], 3.0F);
   EXPECT_EQ(r.at("G").values[0], 0.0F);
+  EXPECT_EQ(l.at("forward.u").values[0], 2);
+  EXPECT_EQ(l.at("forward.v").values[0], -3) << "up";
+  EXPECT_EQ(l.at("mask.hole").values[0], 0.25F);
   const cv::Mat png = frame_png({{"left", left}, {"right", right}});
   EXPECT_EQ(png.size(), cv::Size(12, 4));
   EXPECT_EQ(png.at<cv::Vec4b>(0, 0), cv::Vec4b(188, 137, 255, 255));  // sRGB of 1/2, 1/4 and 1

@@ -20,8 +20,13 @@ StereoPlan some_plan() {
 /// A wall at distance 10, that is 10 px or 1 % behind the screen.
 ViewPicture wall() {
   const cv::Size size(kWidth, kHeight);
-  return {cv::Mat3f(size, cv::Vec3f(0.2F, 0.3F, 0.4F)), cv::Mat1f(size, 1.0F), cv::Mat1f(size, 10.0F),
-          cv::Mat1f(size, 0.0F), {}};
+  return {cv::Mat3f(size, cv::Vec3f(0.2F, 0.3F, 0.4F)),
+          cv::Mat1f(size, 1.0F),
+          cv::Mat1f(size, 10.0F),
+          cv::Mat1f(size, 0.0F),
+          {},
+          {},
+          {}};
 }
 
 TEST(MeasureDisparity, IsInPercentOfTheWidthNegativeInFront) {

@@ -1,9 +1,12 @@
 #include "schema/formats/exr.h"
 
+#include <ImfInputFile.h>
+#include <ImfStandardAttributes.h>
 #include <gtest/gtest.h>
 
 #include "schema/base/error.h"
 #include "schema/base/hash.h"
+#include "schema/formats/exr_camera.h"
 #include "tests/support/temporary_folder.h"
 
 namespace vantage {
@@ -56,6 +59,26 @@ TEST(Exr, SameInputGivesSameBytes) {
   for (const char* name : {"a.exr", "b.exr"})
     write_exr(folder.path() / name, {{.view = "", .channels = {{"Z", ramp(33, 17, 2)}}, .half_channels = {}}});
   EXPECT_EQ(hash_file(folder.path() / "a.exr"), hash_file(folder.path() / "b.exr"));
+}
+
+TEST(Exr, CamerasAreAttributesForCompositing) {
+  const TemporaryFolder folder;
+  ExrCamera camera{{200, 100, 150, 160, 90, 60}, {}, 24000 / 1001.0};
+  camera.cam_from_world.t = {0.5, -0.25, 2};
+  const auto path = folder.path() / "f.exr";
+  write_exr(path, {{.view = "", .channels = {{"R", {2, 1, {0, 1}}}}, .half_channels = {}}}, {camera});
+  const Imf::InputFile file(path.c_str());
+  const Eigen::Vector3d world(0.3, 0.2, 3), p = camera.cam_from_world * world;
+  const Imath::V3f point(0.3F, 0.2F, 3);
+  const Imath::V3f in_camera = point * Imf::worldToCamera(file.header());
+  EXPECT_NEAR(in_camera.x, p.x(), 1e-6);
+  EXPECT_NEAR(in_camera.y, -p.y(), 1e-6) << "y is up";
+  EXPECT_NEAR(in_camera.z, p.z(), 1e-6);
+  const Imath::V3f ndc = point * Imf::worldToNDC(file.header());  // divides by w
+  EXPECT_NEAR(ndc.x * 200, camera.pinhole.project(p).x(), 1e-4);
+  EXPECT_NEAR(ndc.y * 100, camera.pinhole.project(p).y(), 1e-4);
+  EXPECT_EQ(Imf::framesPerSecond(file.header()).n, 24000);
+  EXPECT_EQ(Imf::framesPerSecond(file.header()).d, 1001U);
 }
 
 }  // namespace
