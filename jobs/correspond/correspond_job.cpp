@@ -5,6 +5,7 @@
 
 #include "jobs/mask_sources.h"
 #include "jobs/views/depth_edges.h"
+#include "jobs/views/matched_edges.h"
 #include "jobs/views/virtual_view.h"
 
 namespace vantage {
@@ -23,8 +24,10 @@ std::vector<Edge> wanted_edges(const Shot& shot, const Calibration& calibration,
       std::size_t& first = needs.edges.emplace(edge, number).first->second;
       first = std::min(first, number);
     }
-  if (shot.has_section("depth") || (shot.has_section("correspond") && shot.renders.empty()))
-    for (const Edge& edge : navspace.edges) needs.edges.emplace(edge, std::numeric_limits<std::size_t>::max());
+  if (shot.has_section("depth") || (shot.has_section("correspond") && shot.renders.empty())) {
+    const MatchedEdges edges(navspace);
+    for (const Edge& edge : edges.all()) needs.edges.emplace(edge, std::numeric_limits<std::size_t>::max());
+  }
   return by_first_use(needs.edges);
 }
 

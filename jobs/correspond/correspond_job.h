@@ -27,8 +27,8 @@ struct CorrespondJob {
             .reads = "two images, calibration",
             .publishes = "dense maps both ways, confidence, occlusion"};
   }
-  /// With [depth]: every edge. Else those that renders visit or that their depth maps are made from; with [correspond]
-  /// and no render at all: every edge. What the first views read comes first.
+  /// With [depth]: every matched edge (jobs/views/matched_edges.h). Else those that renders visit or that their depth
+  /// maps are made from; with [correspond] and no render at all: every edge. What the first views read comes first.
   static std::vector<WorkUnit> split(const ShotState& state, const Params& params);
   static void run(JobContext& context, const Params& params);
 };

@@ -80,8 +80,9 @@ void check_composite(const RenderRequest& request, const Shot& shot) {
 }
 
 WorkUnit unit_of(const RenderRequest& request, const VirtualView& view, const VirtualView& next,
-                 const Calibration& calibration, const Navspace& navspace, const ShotState& state) {
-  const FramePlan plan = plan_frame(view, next, request, calibration, navspace);
+                 const Calibration& calibration, const Navspace& navspace, const MatchedEdges& edges,
+                 const ShotState& state) {
+  const FramePlan plan = plan_frame(view, next, request, calibration, navspace, edges);
   WorkUnit unit;
   unit.name = render_job(request.name, view.frame);
   unit.unit = to_json(plan);
@@ -121,6 +122,7 @@ std::vector<WorkUnit> RenderJob::split(const ShotState& state, const Params&) {
   if (!calibrate || !space) return {};
   const Calibration calibration = read_calibration(*calibrate);
   const Navspace navspace = read_navspace(*space);
+  const MatchedEdges edges(navspace);
   std::vector<WorkUnit> units;
   for (const RenderRequest& request : state.shot().renders) {
     const bool refuse = render_options(request).outside == "refuse";
@@ -128,7 +130,7 @@ std::vector<WorkUnit> RenderJob::split(const ShotState& state, const Params&) {
     for (std::size_t k = 0; k < views.size(); ++k) {
       if (refuse) refuse_outside(request, views[k], navspace);
       units.push_back(
-          unit_of(request, views[k], views[std::min(k + 1, views.size() - 1)], calibration, navspace, state));
+          unit_of(request, views[k], views[std::min(k + 1, views.size() - 1)], calibration, navspace, edges, state));
     }
   }
   return units;

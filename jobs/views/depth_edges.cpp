@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jobs/views/matched_edges.h"
+
 namespace vantage {
 namespace {
 
@@ -15,7 +17,8 @@ DepthEdges::DepthEdges(const Navspace& navspace, const Shot& shot)
     : navspace_(navspace), neighbours_(navspace.vertices.size()) {
   for (const ShotCamera& camera : shot.cameras)
     if (camera.moving) moving_.insert(camera.name);
-  for (const auto& [a, b] : navspace.edges) {
+  const MatchedEdges edges(navspace);
+  for (const auto& [a, b] : edges.all()) {
     neighbours_[static_cast<std::size_t>(a)].push_back(b);
     neighbours_[static_cast<std::size_t>(b)].push_back(a);
   }

@@ -121,7 +121,7 @@ std::string render_job(const std::string& request, int frame) {
 }
 
 FramePlan plan_frame(const VirtualView& view, const VirtualView& next, const RenderRequest& request,
-                     const Calibration& calibration, const Navspace& navspace) {
+                     const Calibration& calibration, const Navspace& navspace, const MatchedEdges& edges) {
   FramePlan plan;
   plan.time_s = view.time_s;
   plan.fps = request.fps;
@@ -154,8 +154,8 @@ FramePlan plan_frame(const VirtualView& view, const VirtualView& next, const Ren
     planned.share = shares(plan.images, planned.mu, distances, plan.time_s);
     plan.eyes.push_back(std::move(planned));
   }
-  for (const auto& [i, k] : navspace.edges)
-    if (place.contains(i) && place.contains(k) && reads_edge(plan, place[i], place[k]))
+  for (const auto& [i, k] : edges.among(view.images))
+    if (reads_edge(plan, place[i], place[k]))
       plan.edges.emplace_back(static_cast<int>(place[i]), static_cast<int>(place[k]));
   return plan;
 }

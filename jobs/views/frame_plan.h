@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "jobs/views/matched_edges.h"
 #include "jobs/views/render_options.h"
 #include "jobs/views/stereo_plan.h"
 #include "jobs/views/virtual_view.h"
@@ -50,7 +51,7 @@ struct FramePlan {
 
 /// next: the frame after it; the last one's is itself.
 FramePlan plan_frame(const VirtualView& view, const VirtualView& next, const RenderRequest& request,
-                     const Calibration& calibration, const Navspace& navspace);
+                     const Calibration& calibration, const Navspace& navspace, const MatchedEdges& edges);
 
 Json to_json(const FramePlan& plan);
 FramePlan frame_plan_from(const Json& unit);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "jobs/views/key_frames.h"
+#include "jobs/views/matched_edges.h"
 #include "jobs/views/nav_locator.h"
 #include "jobs/views/render_options.h"
 #include "jobs/views/similarity.h"
@@ -201,19 +202,15 @@ std::vector<VirtualView> virtual_views(const RenderRequest& request, const Shot&
 }
 
 RenderNeeds render_needs(const Shot& shot, const Calibration& calibration, const Navspace& navspace) {
-  std::vector<std::vector<int>> later_neighbours(navspace.vertices.size());
-  for (const auto& [first, second] : navspace.edges)
-    later_neighbours[static_cast<std::size_t>(first)].push_back(second);
+  const MatchedEdges edges(navspace);
   RenderNeeds needs;
   std::size_t number = 0;
   for (const RenderRequest& request : shot.renders) {
     const bool reads_depth = render_options(request).method != "correspondence" || request.mode == "stereo-depth";
     for (const VirtualView& view : virtual_views(request, shot, calibration, navspace)) {
-      for (const int image : view.images) {
-        if (reads_depth) needs.depths.emplace(image, number);
-        for (const int other : later_neighbours[static_cast<std::size_t>(image)])
-          if (std::ranges::binary_search(view.images, other)) needs.edges.emplace(std::pair(image, other), number);
-      }
+      if (reads_depth)
+        for (const int image : view.images) needs.depths.emplace(image, number);
+      for (const auto& edge : edges.among(view.images)) needs.edges.emplace(edge, number);
       ++number;
     }
   }

@@ -39,7 +39,7 @@ class CamerasOnASphere {
 
   cv::Mat3f draw(const VirtualView& view) {
     RenderRequest request;
-    FramePlan plan = plan_frame(view, view, request, calibration_, navspace);
+    FramePlan plan = plan_frame(view, view, request, calibration_, navspace, MatchedEdges(navspace));
     plan.method = "depth";
     std::vector<SourceImage> images;
     for (const PlannedImage& planned : plan.images) images.push_back(image(planned.id));

@@ -119,7 +119,7 @@ TEST(StereoPlan, KnotsSayWhichDepthTheMapIsMadeFrom) {
   EXPECT_EQ(views[0].stereo->knots.size(), 1U);
   EXPECT_EQ(views[45].stereo->knots.size(), 2U);
   for (const VirtualView& v : views) {
-    const FramePlan plan = plan_frame(v, v, request, rig.calibration, rig.navspace);
+    const FramePlan plan = plan_frame(v, v, request, rig.calibration, rig.navspace, MatchedEdges(rig.navspace));
     EXPECT_EQ(to_json(frame_plan_from(Json::parse(to_json(plan).dump()))), to_json(plan));
     for (const DisparityKnot& knot : plan.stereo->knots) EXPECT_GE(knot.images.size(), 1U);
     EXPECT_EQ(plan.eyes[0].disparity->sign, 1);

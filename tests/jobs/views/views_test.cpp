@@ -320,7 +320,7 @@ TEST(FramePlan, SurvivesJsonAndSharesSumToOne) {
   RenderRequest request = request_of("stereo-depth");
   request.keyframes = {{0, 0.13, 2, 0}};
   const VirtualView view = virtual_views(request, rig.shot, rig.calibration, rig.navspace).at(0);
-  const FramePlan plan = plan_frame(view, view, request, rig.calibration, rig.navspace);
+  const FramePlan plan = plan_frame(view, view, request, rig.calibration, rig.navspace, MatchedEdges(rig.navspace));
   const FramePlan again = frame_plan_from(Json::parse(to_json(plan).dump()));
   EXPECT_EQ(to_json(again), to_json(plan));
   for (const PlannedEye& eye : plan.eyes) {
