@@ -121,13 +121,10 @@ struct Part {
 
 const std::vector<Part>& parts() {
   using namespace report;
-  const auto strip_of = [](const char* kind, std::size_t count) {
-    return [kind, count](const ReportInput& input) { return pictures(input, kind, count); };
-  };
   static const std::vector<Part> all{
       {"Failed jobs", failures},
       {"Films", films},
-      {"Rendered frames", strip_of("render", 8)},
+      {"Rendered frames", frames},
       {"Warnings", warnings},
       {"What went in", footage},
       {"Calibration", calibration},

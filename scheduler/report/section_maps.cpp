@@ -1,4 +1,4 @@
-// Correspondences and depth: how much of the pictures is matched, where it is worst, and what that looks like.
+// Correspondences, depth and frames: how much of the pictures is known, where it is worst, and what that looks like.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -45,6 +45,12 @@ std::string cameras_of_edge(const ReportJob& job) {
 std::string camera_of_image(const ReportJob& job) {
   const auto image = ImageId::parse(short_name(job));
   return image ? image->camera : short_name(job);
+}
+
+/// "freeze" of "render/freeze/000012".
+std::string render_of_frame(const ReportJob& job) {
+  const std::string name = short_name(job);
+  return name.substr(0, name.find('/'));
 }
 
 double median_of(const std::vector<const Judged*>& jobs, const char* figure) {
@@ -130,6 +136,25 @@ std::string depth(const ReportInput& input) {
                    {"agreed, median", "agreed_percent", "{:.1f} %"},
                    {"frames, median", "frames", "{:.0f}"}}) +
          lowest_and_middle(input, jobs, "known");
+}
+
+std::string frames(const ReportInput& input) {
+  std::vector<Judged> jobs = judged(input, "render", render_of_frame, "holes_percent");
+  if (jobs.empty()) return {};
+  for (Judged& j : jobs) j.percent = 100 - j.percent;
+  std::string out =
+      "<p class=\"lead\">Share of a frame that the footage shows; the rest, holes, is filled in and marked.</p>" +
+      table_of(jobs, "render",
+               {{"holes, median", "holes_percent", "{:.2f} %"}, {"images, median", "images", "{:.0f}"}});
+  std::map<std::string, std::vector<Judged>> renders;
+  for (const Judged& j : jobs) renders[j.group].push_back(j);
+  for (const auto& [name, members] : renders) {
+    out += lowest_and_middle(input, members, "seen");
+    const auto chart = artifact_of(input, "encode/" + name) / "depth_budget.png";
+    if (std::filesystem::exists(chart))
+      out += "<div class=\"whole\">" + html::picture(chart, page_folder(input), name + ": depth budget") + "</div>";
+  }
+  return out;
 }
 
 }  // namespace vantage::report

@@ -27,6 +27,7 @@ std::string clocks(const ReportInput& input);
 std::string navspace(const ReportInput& input);
 std::string correspondence(const ReportInput& input);
 std::string depth(const ReportInput& input);
+std::string frames(const ReportInput& input);
 std::string pictures(const ReportInput& input, const std::string& kind, std::size_t count);
 std::string model(const ReportInput& input);
 std::string failures(const ReportInput& input);

@@ -54,11 +54,23 @@ TEST_F(SectionMaps, EdgesAreCountedByCamerasAndTheLowestOnesAreShown) {
 }
 
 TEST_F(SectionMaps, DepthIsToldByCamera) {
-  add("depth/a-000000", {{"known_percent", 95.5}, {"agreed_percent", 90.5}, {"edges", 4}});
-  add("depth/a-000001", {{"known_percent", 85.5}, {"agreed_percent", 80.5}, {"edges", 2}});
-  add("depth/a-000002", {{"known_percent", 90.5}, {"agreed_percent", 85.5}, {"edges", 3}});
-  EXPECT_TRUE(page_holds("<td>a</td><td>3</td><td>85.5 %</td><td>90.5 %</td><td>85.5 %</td><td>3</td>"));
+  add("depth/a-000000", {{"known_percent", 95.5}, {"agreed_percent", 90.5}});
+  add("depth/a-000001", {{"known_percent", 85.5}, {"agreed_percent", 80.5}});
+  add("depth/a-000002", {{"known_percent", 90.5}, {"agreed_percent", 85.5}});
+  EXPECT_TRUE(page_holds("<td>a</td><td>3</td><td>85.5 %</td><td>90.5 %</td><td>85.5 %</td>"));
   EXPECT_TRUE(page_holds("a-000001: known 85.5 % (lowest)"));
+}
+
+TEST_F(SectionMaps, FramesAreToldByRenderAndShowTheirDepthBudget) {
+  add("render/pan/000000", {{"holes_percent", 0.5}, {"images", 12}});
+  add("render/pan/000001", {{"holes_percent", 4.5}, {"images", 12}});
+  add("render/eyes/000000", {{"holes_percent", 1.5}, {"images", 8}});
+  add("encode/eyes", {{"frames", 1}});
+  write_file_atomically(input_.jobs.back().artifact / "depth_budget.png", "picture");
+  EXPECT_TRUE(page_holds("<td>pan</td><td>2</td><td>95.5 %</td>"));
+  EXPECT_TRUE(page_holds("pan/000001: seen 95.5 % (lowest)"));
+  EXPECT_TRUE(page_holds("eyes: depth budget"));
+  EXPECT_FALSE(page_holds("pan: depth budget"));
 }
 
 }  // namespace
