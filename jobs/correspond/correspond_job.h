@@ -23,7 +23,7 @@ struct CorrespondJob {
   };
   static KindSpec spec() {
     return {.name = "correspond",
-            .version = 5,
+            .version = 6,
             .reads = "two images, calibration",
             .publishes = "dense maps both ways, confidence, occlusion"};
   }

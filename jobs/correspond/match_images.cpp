@@ -15,6 +15,8 @@ namespace {
 
 /// Poses nearer than these (radians; share of the distance between centre and world origin) are one pose.
 constexpr double kSamePose = 1e-7;
+/// Enough for things that move; the rest is the static scene's.
+constexpr int kMaxSearchPixels = 300'000;
 /// Standard deviation of the round trip of a good match.
 constexpr float kRoundTripSigma_px = 0.7F;
 
@@ -26,6 +28,7 @@ bool same_view(const PosedPicture& a, const PosedPicture& b) {
          p.height == q.height && p.fx == q.fx && p.fy == q.fy && p.cx == q.cx && p.cy == q.cy;
 }
 
+/// From `start` on.
 FlowPair search(const cv::Mat1b& a, const cv::Mat1b& b, const FlowPair& start) {
   return {dis_flow(a, b, start.a_to_b), dis_flow(b, a, start.b_to_a)};
 }
@@ -37,10 +40,13 @@ cv::Mat1f confidence(const cv::Mat2f& motion, const cv::Mat2f& back, float consi
   return round_trip;
 }
 
+/// Candidates: what stands still, what moved a little from there, and what is found without knowing of cameras.
 FlowPair static_scene_flow(const PosedPicture& a, const PosedPicture& b, const FlowPair& stereo,
                            const MatchOptions& options) {
-  const FlowPair searched = search(a.grey, b.grey, stereo);
-  FlowPair flow = fuse_flows(a.grey, b.grey, stereo, searched, {.consistent_px = options.consistent_px});
+  const FuseOptions fuse{.consistent_px = options.consistent_px};
+  const FlowPair still = fuse_flows(a.grey, b.grey, stereo, search(a.grey, b.grey, stereo), fuse);
+  FlowPair flow =
+      fuse_flows(a.grey, b.grey, still, free_flow(a.grey, b.grey, {.max_search_pixels = kMaxSearchPixels}), fuse);
   refine_flow(a.grey, b.grey, flow.a_to_b);
   refine_flow(b.grey, a.grey, flow.b_to_a);
   settle_on_lines(a, b, options.consistent_px, flow);
