@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "jobs/correspond/correspond_job.h"
+#include "jobs/correspond/flow_pair.h"
 #include "jobs/correspond/match_images.h"
 #include "jobs/vision/shot_images.h"
 #include "schema/base/error.h"
@@ -10,7 +11,7 @@
 namespace vantage {
 namespace {
 
-constexpr int kPreviewWidth = 480;
+constexpr int kTileWidth = 400;
 
 ImageId image_of(const JobContext& context, const char* key) {
   const auto image = ImageId::parse(context.unit().at(key).get<std::string>());
@@ -50,15 +51,51 @@ double longest_motion_px(const FlowMap& flow) {
   return std::max(1.0F, *late);
 }
 
-/// First picture, second picture, motion from the first to the second.
+/// What colour which motion has, and how long it is at full saturation.
+cv::Mat legend(cv::Size size, double max_px) {
+  FlowMap all{cv::Mat2f(size, cv::Vec2f(0, 0)), cv::Mat1f(size, 0.0F)};
+  const float radius = 0.4F * static_cast<float>(std::min(size.width, size.height));
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x) {
+      const cv::Vec2f out(static_cast<float>(x - size.width / 2), static_cast<float>(y - size.height / 2));
+      all.motion_px(y, x) = out * (static_cast<float>(max_px) / radius);
+      all.confidence(y, x) = cv::norm(out) <= radius ? 1.0F : 0.0F;
+    }
+  cv::Mat picture = flow_picture(all, max_px);
+  cv::putText(picture, cv::format("rim: %.1f px", max_px), {8, size.height - 10}, cv::FONT_HERSHEY_SIMPLEX, 0.5,
+              {255, 255, 255}, 1, cv::LINE_AA);
+  return picture;
+}
+
+/// The first picture, darker, red where nothing in the second matches, yellow where a match is doubtful.
+cv::Mat doubts(const cv::Mat& first, const FlowMap& forward) {
+  cv::Mat picture = first * 0.6;
+  picture.setTo(cv::Scalar(0, 200, 230), forward.confidence < 0.5F);
+  picture.setTo(cv::Scalar(40, 40, 200), forward.confidence <= 0);
+  return picture;
+}
+
+/// Above: first picture, second, second brought onto the first (black where hidden). Below: motion from the first to
+/// the second, its legend, where there is no match.
 cv::Mat preview(const cv::Mat& first, const cv::Mat& second, const FlowMap& forward) {
-  std::vector<cv::Mat> tiles{first, second, flow_picture(forward, longest_motion_px(forward))};
-  const int width = kPreviewWidth / static_cast<int>(tiles.size());
-  for (cv::Mat& tile : tiles)
-    cv::resize(tile, tile, cv::Size(width, std::max(1, width * first.rows / first.cols)), 0, 0, cv::INTER_AREA);
-  cv::Mat row;
-  cv::hconcat(tiles, row);
-  return row;
+  const double max_px = longest_motion_px(forward);
+  cv::Mat brought = warp_back(second, forward.motion_px, cv::INTER_LINEAR);
+  brought.setTo(0, forward.confidence <= 0);
+  const cv::Size size(kTileWidth, std::max(1, kTileWidth * first.rows / first.cols));
+  std::vector<cv::Mat> above{first, second, brought},
+      below{flow_picture(forward, max_px), legend(size, max_px), doubts(first, forward)};
+  std::vector<cv::Mat> rows(2);
+  for (auto* row : {&above, &below})
+    for (cv::Mat& tile : *row)
+      if (cv::Mat small; tile.size() != size) {
+        cv::resize(tile, small, size, 0, 0, cv::INTER_AREA);
+        tile = small;
+      }
+  cv::hconcat(above, rows[0]);
+  cv::hconcat(below, rows[1]);
+  cv::Mat sheet;
+  cv::vconcat(rows, sheet);
+  return sheet;
 }
 
 }  // namespace

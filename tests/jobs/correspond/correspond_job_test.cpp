@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "jobs/vision/maps.h"
@@ -114,7 +115,7 @@ TEST_F(CorrespondJobTest, RunWritesBothMapsAndAPicture) {
     EXPECT_TRUE(cv::checkRange(flow.motion_px));
     EXPECT_GT(cv::countNonZero(flow.confidence > 0), 160 * 90 / 2);
   }
-  EXPECT_TRUE(std::filesystem::exists(folder_.path() / "out/preview.jpg"));
+  EXPECT_EQ(cv::imread((folder_.path() / "out/preview.jpg").string()).cols, 1200);
   EXPECT_GT(context.figures().at("consistent_percent").get<double>(), 50);
 }
 
