@@ -1,6 +1,7 @@
 /// vantage-demo-shot: films the synthetic scene with unsynchronised cameras, as video files, and writes a shot.toml
 /// that asks for everything: calibration and clocks estimated, depth, moving model, free viewpoint, slow motion,
-/// stereo.
+/// stereo. For compositing: only what moves, before a green screen, or only the set; both with views.json, the same
+/// explicit cameras.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -10,18 +11,21 @@
 
 #include "schema/base/error.h"
 #include "schema/base/files.h"
+#include "schema/base/json.h"
 #include "schema/formats/calibration.h"
 #include "tests/support/synthetic_scene.h"
 
 namespace {
 namespace fs = std::filesystem;
 using namespace vantage;
+using synthetic::Stage;
 
 struct DemoOptions {
   std::string out;
   int num_cameras = 5, num_frames = 20, width = 480, height = 270;
-  bool known = false;     ///< exact calibration and clocks instead of estimated ones
-  int num_hand_held = 0;  ///< the last ones
+  bool known = false;          ///< exact calibration and clocks instead of estimated ones
+  int num_hand_held = 0;       ///< the last ones
+  Stage stage = Stage::Whole;  ///< what is left out, if anything
 };
 
 /// Writes frames to an H.264 file through the ffmpeg program.
@@ -73,16 +77,51 @@ std::pair<double, double> common_time_s(const std::vector<synthetic::SceneCamera
   return {first, last};
 }
 
+/// Cameras between those of the arc while time runs on: the same for every stage.
+Json composite_views(const DemoOptions& o, const std::vector<synthetic::SceneCamera>& cameras) {
+  constexpr int kCount = 8;
+  const auto [first, last] = common_time_s(cameras);
+  const double step_deg = 7.0 * (o.num_cameras - 1) / (kCount - 1);
+  Json views = Json::array();
+  for (const auto& c : synthetic::arc_cameras(kCount, 1, o.width, o.height, step_deg, 0)) {
+    const double f = 0.97 * o.width, share = (static_cast<double>(views.size()) + 1) / (kCount + 1);
+    const auto& R = c.cam_from_world.R;
+    const auto& t = c.cam_from_world.t;
+    Json rows = Json::array();
+    for (int row = 0; row < 3; ++row) rows.push_back({R(row, 0), R(row, 1), R(row, 2)});
+    views.push_back({{"frame", views.size()},
+                     {"time_s", first + share * (last - first)},
+                     {"width", o.width},
+                     {"height", o.height},
+                     {"K", {{f, 0, o.width / 2.0}, {0, f, o.height / 2.0}, {0, 0, 1}}},
+                     {"R", rows},
+                     {"t", {t.x(), t.y(), t.z()}}});
+  }
+  return {{"version", 1}, {"views", views}};
+}
+
+/// The same path before the green screen and through the empty set.
+std::string composite_toml(Stage stage) {
+  std::string text = "[depth]\n\n[encode]\nbackground = \"#8040c0\"\n\n";
+  text += "[[render]]\nname = \"path\"\nmode = \"view\"\nfps = 15\nviews = \"views.json\"\n";
+  if (stage == Stage::GreenScreen)
+    text += "matte = \"key\"\n# over = \"../set/out/render/path\"  # of the shot made with --empty-set\n";
+  return text;
+}
+
 std::string shot_toml(const DemoOptions& o, const std::vector<synthetic::SceneCamera>& cameras) {
   std::string text = "[shot]\nname = \"demo\"\n\n";
   for (const auto& c : cameras) {
     text += fmt::format("[[camera]]\nname = \"{0}\"\nfootage = \"footage/{0}.mp4\"\n", c.name);
     if (c.sway_m > 0) text += "moving = true\n";
+    if (o.stage == Stage::GreenScreen)
+      text += fmt::format("key_color = \"#{:02x}\"\n", fmt::join(synthetic::kScreenRgb, ""));
     if (o.known) text += fmt::format("start_s = {:.9f}\n", c.offset_s);
     text += "\n";
   }
   text += o.known ? "[calibrate]\nmethod = \"known\"\nmodel = \"model\"\n\n[sync]\nmethod = \"known\"\n\n"
                   : "[calibrate]\nmethod = \"colmap\"\n\n[sync]\nmethod = \"motion\"\n\n";
+  if (o.stage != Stage::Whole) return text + composite_toml(o.stage);
   text += "[depth]\n\n[reconstruct]\n";
   const auto [first, last] = common_time_s(cameras);
   const double early = first + 0.15 * (last - first), late = last - 0.15 * (last - first), middle = (first + last) / 2;
@@ -102,7 +141,7 @@ std::string shot_toml(const DemoOptions& o, const std::vector<synthetic::SceneCa
 }
 
 void make(const DemoOptions& o) {
-  const synthetic::Scene scene({.moving = true, .supersample = 2, .noise_sigma = 1});
+  const synthetic::Scene scene({.moving = true, .supersample = 2, .noise_sigma = 1, .stage = o.stage});
   auto cameras = synthetic::arc_cameras(o.num_cameras, o.num_frames, o.width, o.height);
   for (int i = std::max(0, o.num_cameras - o.num_hand_held); i < o.num_cameras; ++i) {
     auto& held = cameras[static_cast<std::size_t>(i)];
@@ -115,6 +154,7 @@ void make(const DemoOptions& o) {
     std::cout << fmt::format("{}: {} frames, first at {:+.4f} s\n", c.name, c.num_frames, c.offset_s) << std::flush;
   }
   write_known_calibration(cameras, out / (o.known ? "model" : "truth"));
+  if (o.stage != Stage::Whole) write_json(out / "views.json", composite_views(o, cameras));
   write_file_atomically(out / "shot.toml", shot_toml(o, cameras));
 }
 
@@ -131,6 +171,14 @@ int main(int argc, char** argv) {
   app.add_option("--hand-held", options.num_hand_held, "how many of the cameras are held in the hand")
       ->check(CLI::Range(0, 24));
   app.add_flag("--known", options.known, "give exact calibration and clocks");
+  const auto part_of_scene = [&](Stage stage) {  // has too little to calibrate by
+    return [&options, stage](std::int64_t) { options.stage = stage, options.known = true; };
+  };
+  auto* green = app.add_flag_function("--green-screen", part_of_scene(Stage::GreenScreen),
+                                      "only what moves, before a green screen, to be cut out; implies --known");
+  app.add_flag_function("--empty-set", part_of_scene(Stage::WithoutMoving),
+                        "only what stands still, for what was cut out to stand in; implies --known")
+      ->excludes(green);
   CLI11_PARSE(app, argc, argv);
   try {
     make(options);

@@ -136,14 +136,32 @@ Placements placements_at(double t) {
   return all;
 }
 
-Hit trace(const Placements& at, const Vector3d& origin, const Vector3d& direction) {
+bool is_on(Stage stage, const Thing& thing) {
+  if (stage == Stage::WithoutMoving) return thing.id < kFirstMovingId;
+  return stage == Stage::Whole || thing.id >= kFirstMovingId || thing.shape == Shape::Wall ||
+         thing.shape == Shape::Floor;
+}
+
+Hit trace(Stage stage, const Placements& at, const Vector3d& origin, const Vector3d& direction) {
   Hit best;
   for (std::size_t i = 0; i < kThings.size(); ++i) {
+    if (!is_on(stage, kThings[i])) continue;
     Vector3d normal;
     const auto s = hit_thing(kThings[i], at[i], origin, direction, normal);
     if (s && *s < best.distance) best = {*s, kThings[i].id, normal};
   }
   return best;
+}
+
+const Vector3d kScreenBgr = Vector3d(kScreenRgb[2], kScreenRgb[1], kScreenRgb[0]) / 255;
+
+Vector3d screen_shade(const Vector3d& point) {
+  return kScreenBgr * (1 + 0.04 * std::sin(1.1 * point.x()) * std::cos(0.7 * point.z() + point.y()));
+}
+
+/// Light that the screen throws on a thing, most where it is seen at a slant.
+Vector3d screen_spill(const Hit& hit, const Vector3d& towards_camera) {
+  return 0.12 * kScreenBgr * std::pow(1 - std::abs(hit.normal.dot(towards_camera)), 2);
 }
 
 Vector3d shade(const Placements& at, const Hit& hit, const Vector3d& point) {
@@ -153,6 +171,14 @@ Vector3d shade(const Placements& at, const Hit& hit, const Vector3d& point) {
   while (kThings[index].id != hit.id) ++index;
   const Vector3d local = at[index].R.transpose() * (point - at[index].p);
   return solid_texture(hit.id, local) * (0.55 + 0.45 * std::max(0.0, hit.normal.dot(kLight)));
+}
+
+Vector3d seen_along(Stage stage, const Placements& at, const Vector3d& origin, const Vector3d& direction) {
+  const Hit hit = trace(stage, at, origin, direction);
+  const Vector3d point = origin + hit.distance * direction;
+  if (stage != Stage::GreenScreen) return shade(at, hit, point);
+  if (hit.id < kFirstMovingId) return hit.id < 0 ? kScreenBgr : screen_shade(point);
+  return shade(at, hit, point) + screen_spill(hit, direction.normalized());
 }
 
 double surface_distance(const Thing& thing, const Placement& at, const Vector3d& point) {
@@ -181,15 +207,13 @@ Picture Scene::render(const Pinhole& pinhole, const RigidTransform& cam_from_wor
     for (int y = rows.start; y < rows.end; ++y)
       for (int x = 0; x < pinhole.width; ++x) {
         Vector3d sum = Vector3d::Zero();
-        for (int k = 0; k < n * n; ++k) {
-          const Vector3d d = world_from_cam * pinhole.ray({x + (k % n + 0.5) / n, y + (k / n + 0.5) / n});
-          const Hit hit = trace(at, origin, d);
-          sum += shade(at, hit, origin + hit.distance * d);
-        }
+        for (int k = 0; k < n * n; ++k)
+          sum += seen_along(options_.stage, at, origin,
+                            world_from_cam * pinhole.ray({x + (k % n + 0.5) / n, y + (k / n + 0.5) / n}));
         sum *= 255.0 / (n * n);
         picture.bgr(y, x) = {cv::saturate_cast<uchar>(sum.x()), cv::saturate_cast<uchar>(sum.y()),
                              cv::saturate_cast<uchar>(sum.z())};
-        const Hit centre_hit = trace(at, origin, world_from_cam * pinhole.ray({x + 0.5, y + 0.5}));
+        const Hit centre_hit = trace(options_.stage, at, origin, world_from_cam * pinhole.ray({x + 0.5, y + 0.5}));
         if (centre_hit.id < 0) continue;
         picture.depth(y, x) = static_cast<float>(centre_hit.distance);  // rays have z = 1, so distance is depth
         picture.id(y, x) = static_cast<uchar>(centre_hit.id);
@@ -219,7 +243,8 @@ Vector3d Scene::velocity(int id, const Vector3d& point, double time_s) const {
 double Scene::distance_to_surface(const Vector3d& point, double time_s) const {
   double best = std::numeric_limits<double>::infinity();
   for (const Thing& thing : kThings)
-    best = std::min(best, surface_distance(thing, placement(thing.id, options_.moving ? time_s : 0), point));
+    if (is_on(options_.stage, thing))
+      best = std::min(best, surface_distance(thing, placement(thing.id, options_.moving ? time_s : 0), point));
   return best;
 }
 
@@ -240,7 +265,7 @@ Truth Scene::correspondence(const Picture& a, const Pinhole& pinhole_a, const Ri
       const Eigen::Vector2d px = pinhole_b.project(in_b);
       truth.motion_px(y, x) = {static_cast<float>(px.x() - x - 0.5), static_cast<float>(px.y() - y - 0.5)};
       const bool in_frame = px.x() >= 0 && px.y() >= 0 && px.x() < pinhole_b.width && px.y() < pinhole_b.height;
-      const Hit first = trace(at_b, origin_b, (then - origin_b) / in_b.z());
+      const Hit first = trace(options_.stage, at_b, origin_b, (then - origin_b) / in_b.z());
       if (in_frame && std::abs(first.distance - in_b.z()) < 0.01) truth.visible(y, x) = 255;
     }
   return truth;

@@ -35,10 +35,16 @@ struct Truth {
   cv::Mat1b visible;    ///< 255 where the surface is seen in the second picture, too
 };
 
+/// Before a screen there are only the things that move; the screen hangs where wall and floor are, evenly lit to within
+/// a few percent, and shines on the things' rims a little.
+enum class Stage { Whole, GreenScreen, WithoutMoving };
+constexpr unsigned char kScreenRgb[3] = {60, 188, 72};  ///< the middle of what cameras see of the screen
+
 struct SceneOptions {
   bool moving = true;      ///< false: nothing moves
   int supersample = 2;     ///< rays per pixel and axis
   double noise_sigma = 0;  ///< 8-bit levels, seeded
+  Stage stage = Stage::Whole;
 };
 
 class Scene {
