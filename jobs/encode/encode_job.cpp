@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <set>
+#include <map>
 
 #include "jobs/views/frame_plan.h"
 #include "schema/formats/calibration.h"
@@ -17,13 +17,19 @@ int ram_mb(const Pinhole& eye, const EncodeJob::Params& params) {
   return 300 + static_cast<int>(60 * bytes / 1e6);
 }
 
-std::vector<std::string> films(const std::string& name, bool stereo, const EncodeJob::Params& params) {
-  std::vector<std::string> files{name + ".mp4"};
-  if (params.prores) files.push_back(name + ".mov");
-  if (!stereo) return files;
-  for (const std::string& layout : params.stereo) files.push_back(layout + ".mp4");
-  for (const char* record : {"depth_budget.json", "depth_budget.png"}) files.emplace_back(record);
-  return files;
+/// What people find beside the frames. A render may be named as one of the layouts is: then that name is its own.
+std::vector<OutLink> links_of(const std::string& name, bool stereo, const EncodeJob::Params& params) {
+  const std::string film = name + ".mp4";
+  std::map<std::string, std::string> file_of{{film, film}};
+  if (params.prores) file_of[name + ".mov"] = name + ".mov";
+  if (stereo) {
+    for (const std::string& layout : params.stereo)
+      file_of.emplace(layout + ".mp4", layout == kFilmLayout ? film : layout + ".mp4");
+    for (const char* record : {"depth_budget.json", "depth_budget.png"}) file_of[record] = record;
+  }
+  std::vector<OutLink> links;
+  for (const auto& [to, from] : file_of) links.push_back({from, fmt::format("render/{}/{}", name, to)});
+  return links;
 }
 
 WorkUnit unit_of(const RenderRequest& request, const std::vector<VirtualView>& views, const EncodeJob::Params& params) {
@@ -46,9 +52,7 @@ WorkUnit unit_of(const RenderRequest& request, const std::vector<VirtualView>& v
                {"see_through", options.is_see_through()},
                {"crossed_percent", options.crossed_percent},
                {"uncrossed_percent", options.uncrossed_percent}};
-  std::set<std::string> links;  // a render may be named as one of the layouts is
-  for (const std::string& file : films(request.name, stereo, params))
-    if (links.insert(file).second) unit.links.push_back({file, fmt::format("render/{}/{}", request.name, file)});
+  unit.links = links_of(request.name, stereo, params);
   const int ram = views.empty() ? 1000 : ram_mb(views.front().pinhole, params);
   unit.need = {.cores = 1, .ram_mb = ram, .timeout_s = 3600 + 2 * static_cast<int>(views.size())};
   return unit;

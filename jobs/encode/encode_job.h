@@ -4,6 +4,9 @@
 
 namespace vantage {
 
+/// How the film of a stereo render shows its eyes.
+inline constexpr const char* kFilmLayout = "side_by_side";
+
 /// A film of rendered frames, in several forms.
 struct EncodeJob {
   struct Params {
@@ -26,7 +29,7 @@ struct EncodeJob {
   };
   static KindSpec spec() {
     return {.name = "encode",
-            .version = 2,
+            .version = 3,
             .reads = "rendered frames",
             .publishes = "films: mp4, ProRes; for stereo also side by side, over under, anaglyph, depth budget",
             .programs = "ffmpeg"};

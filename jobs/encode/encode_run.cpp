@@ -32,26 +32,22 @@ class Encoder {
         see_through_(context.unit().at("see_through")),
         background_(linear_colour(rgb_from_hex(params.background, "[encode] background"))) {
     for (const Json& job : context.unit().at("jobs")) folders_.push_back(context.input(job.get<std::string>()));
-    num_films_ = 1.0 + (params.prores ? 1 : 0) + (stereo_ ? static_cast<double>(params.stereo.size()) : 0);
+    num_films_ = 1.0 + (params.prores ? 1 : 0);
+    if (stereo_)
+      num_films_ += static_cast<double>(std::ranges::count_if(params.stereo, [&](const auto& f) { return is_own(f); }));
   }
 
   void write_films() {
-    const std::string layout = stereo_ ? "side_by_side" : "";
+    const std::string layout = stereo_ ? kFilmLayout : "";
     write(name_ + ".mp4", layout, "h264");
     if (params_.prores) write(name_ + ".mov", layout, "prores");
     if (!stereo_) return;
-    for (const std::string& film : params_.stereo) {
-      const fs::path file = context_.out(film + ".mp4");
-      if (film == name_) continue;  // the film itself has that name
-      if (film == "side_by_side")
-        fs::copy_file(context_.out(name_ + ".mp4"), file);
-      else
-        write(film + ".mp4", film, "h264");
-    }
+    for (const std::string& film : params_.stereo)
+      if (is_own(film)) write(film + ".mp4", film, "h264");
   }
 
   void write_preview() const {
-    const cv::Mat full = picture(folders_.size() / 2, stereo_ ? "side_by_side" : "", false);
+    const cv::Mat full = picture(folders_.size() / 2, stereo_ ? kFilmLayout : "", false);
     const double scale = std::min(1.0, 480.0 / full.cols);
     cv::Mat small;
     cv::resize(full, small, {}, scale, scale, cv::INTER_AREA);
@@ -79,6 +75,9 @@ class Encoder {
         frame_pictures(folders_[k], stereo_, {.deep = deep, .see_through = see_through_, .background = background_});
     return stereo_ ? lay_out(eyes.at(0), eyes.at(1), layout) : eyes.at(0);
   }
+
+  /// Not the film itself, by its layout or by its name.
+  bool is_own(const std::string& layout) const { return layout != kFilmLayout && layout != name_; }
 
   void write(const std::string& file, const std::string& layout, const std::string& codec) {
     const bool deep = codec == "prores" || params_.bits > 8;

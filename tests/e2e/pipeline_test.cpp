@@ -39,6 +39,7 @@ TEST_F(Pipeline, EveryOutputIsThere) {
                            "render/freeze/freeze.mp4", "render/stereo/stereo.mp4", "render/stereo/side_by_side.mp4",
                            "render/stereo/anaglyph.mp4", "render/stereo_depth/frame.000000.exr", "report.html"})
     EXPECT_TRUE(fs::is_regular_file(out(file)) && fs::file_size(out(file)) > 0) << file;
+  EXPECT_EQ(fs::canonical(out("render/stereo/side_by_side.mp4")), fs::canonical(out("render/stereo/stereo.mp4")));
   const Json navspace = read_json(out("navspace.json"));
   std::size_t num_flows = 0;
   for (const auto& entry : fs::directory_iterator(out("flow"))) num_flows += entry.is_regular_file() ? 1 : 0;
