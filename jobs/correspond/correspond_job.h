@@ -23,7 +23,7 @@ struct CorrespondJob {
   };
   static KindSpec spec() {
     return {.name = "correspond",
-            .version = 6,
+            .version = 7,
             .reads = "two images, calibration",
             .publishes = "dense maps both ways, confidence, occlusion"};
   }

@@ -43,9 +43,12 @@ FlowMap read_flow(const std::filesystem::path& path) {
 void write_flow(const std::filesystem::path& path, const FlowMap& flow) {
   std::vector<cv::Mat1f> uv(2);
   cv::split(flow.motion_px, uv);
-  write_exr(path, {{.view = "",
-                    .channels = {{"u", to_plane(uv[0])}, {"v", to_plane(uv[1])}, {"confidence", to_plane(flow.confidence)}},
-                    .half_channels = {"confidence"}}});
+  const bool mostly_still = 2 * cv::countNonZero(uv[0]) < static_cast<int>(uv[0].total());
+  write_exr(path,
+            {{.view = "",
+              .channels = {{"u", to_plane(uv[0])}, {"v", to_plane(uv[1])}, {"confidence", to_plane(flow.confidence)}},
+              .half_channels = {"confidence"},
+              .compressed = mostly_still}});
 }
 
 DepthMap read_depth(const std::filesystem::path& path) {

@@ -30,7 +30,7 @@ Imf::Header header_of(const ExrPart& part, std::size_t index) {
   check(!part.channels.empty(), "an EXR part has channels");
   const Plane& first = part.channels.begin()->second;
   Imf::Header header(first.width, first.height);
-  header.compression() = Imf::ZIP_COMPRESSION;
+  header.compression() = part.compressed ? Imf::ZIP_COMPRESSION : Imf::NO_COMPRESSION;
   header.setType(Imf::SCANLINEIMAGE);
   header.setName(part.view.empty() ? fmt::format("part{}", index) : part.view);
   if (!part.view.empty()) header.setView(part.view);

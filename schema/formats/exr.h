@@ -18,9 +18,10 @@ struct ExrPart {
   std::string view;
   Channels channels;
   std::vector<std::string> half_channels;  ///< written as 16-bit floats; all others 32-bit
+  bool compressed = true;                  ///< ZIP; else as it is: for values whose last bits are noise
 };
 
-/// ZIP-compressed scan lines, one part per entry, same bytes for same input. Throws Error(Resource) when the disk is
+/// Scan lines, one part per entry, same bytes for same input. Throws Error(Resource) when the disk is
 /// full.
 void write_exr(const std::filesystem::path& path, const std::vector<ExrPart>& parts);
 /// All channels of the (first) part whose view is `view`. Throws Error(BadInput) for a truncated or foreign file.
