@@ -39,7 +39,7 @@ float alpha_at(const cv::Mat1f& alpha, const cv::Vec2f& px) {
 
 struct Candidate {
   std::size_t layer;
-  float z, weight;
+  float z, order, weight;
   float confidence;
   cv::Vec3f bgr, root;  ///< linear light, and its root
 };
@@ -67,16 +67,16 @@ class Mixer {
       const float z = layer.z(y, x);
       if (z <= 0) continue;
       const float confidence = layer.confidence(y, x);
-      candidates_.push_back({k, z, layers_[k].share * confidence, confidence, {}, {}});
+      candidates_.push_back({k, z, layer.order(y, x), layers_[k].share * confidence, confidence, {}, {}});
     }
   }
 
   /// Weights times visibility.
   void see_through() {
-    float nearest = candidates_[0].z, farthest = nearest, all = 0;
+    float nearest = candidates_[0].order, farthest = nearest, all = 0;
     for (const Candidate& c : candidates_) {
-      nearest = std::min(nearest, c.z);
-      farthest = std::max(farthest, c.z);
+      nearest = std::min(nearest, c.order);
+      farthest = std::max(farthest, c.order);
       all += c.weight;
     }
     if (farthest <= nearest * (1 + kSame)) return;
@@ -84,9 +84,9 @@ class Mixer {
     for (const Candidate& c : candidates_) {
       float in_front = 0, beside = 0;
       for (const Candidate& other : candidates_) {
-        const float apart = smooth_step(kSame, kInFront, std::max(c.z / other.z, other.z / c.z) - 1);
+        const float apart = smooth_step(kSame, kInFront, std::max(c.order / other.order, other.order / c.order) - 1);
         beside += other.weight * (1 - apart);
-        if (other.z < c.z) in_front += other.weight * apart;
+        if (other.order < c.order) in_front += other.weight * apart;
       }
       weights_.push_back(c.weight * smooth_step(kError * all, kSurface * all, beside) *
                          (1 - smooth_step(kError * all, kSurface * all, in_front)));

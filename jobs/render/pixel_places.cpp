@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "jobs/render/behind_edges.h"
+#include "jobs/render/beside_motion.h"
 #include "jobs/render/filled_depth.h"
 #include "jobs/vision/vector_clones.h"
 
@@ -17,6 +18,12 @@ using Eigen::Vector3d;
 constexpr float kMinFlowConfidence = 0.1F;
 // Maps are right to about 0.3 px: what a static point explains that well does not move; above, motion fades in.
 constexpr double kStatic_px = 0.35, kMoving_px = 0.9;
+// Depth is right to 10 to 20 %, which is within the maps' error as long as all parallax is within a few pixels.
+constexpr double kNoParallax_px = 0.5, kParallax_px = 4;
+constexpr float kHidden = 0.1F;    ///< so much of depth farther is what the other frame hides
+constexpr float kCarried = 0.05F;  ///< what it counts
+constexpr float kPassing = 0.1F;   ///< so much nearer is what moves
+constexpr float kSurely_px = 2;    ///< a motion that is no error of the map
 
 /// A projection along one row: homogeneous pixel = z * (slope * column + start) + constant.
 struct RowProjection {
@@ -82,6 +89,21 @@ PixelPlaces::PixelPlaces(std::span<const SourceImage> images, int i, const ViewC
   if (later_ < 0) return;
   const SourceImage& later = images_[static_cast<std::size_t>(later_)];
   into_later_ = projection_to(later.pinhole, later.cam_from_world);
+  depth_counts_ = worth_of_depth();
+  if (depth_counts_ >= 1) return;
+  const FlowMap& flow = image_.flows.at(later_);
+  cv::multiply(flow.confidence, worth_beside_motion(flow.motion_px), seen_later_);
+}
+
+/// 0 where the parallax between image and view is within the maps' error, 1 from a few pixels on.
+double PixelPlaces::worth_of_depth() const {
+  const double away = (view_.cam_from_world.centre() - image_.cam_from_world.centre()).norm();
+  double parallax_px = view_.pinhole.fx * away / options_.scene_distance;
+  if (view_.disparity)
+    parallax_px += 2 * std::abs(view_.disparity->shift_px(options_.scene_distance) -
+                                view_.disparity->shift_px(2 * options_.scene_distance));
+  const double t = std::clamp((parallax_px - kNoParallax_px) / (kParallax_px - kNoParallax_px), 0.0, 1.0);
+  return t * t * (3 - 2 * t);
 }
 
 PixelPlaces::Projection PixelPlaces::projection_to(const Pinhole& pinhole, const RigidTransform& cam_from_world) const {
@@ -104,6 +126,23 @@ void PixelPlaces::row(int y, PlacedRow& out) const {
     const bool moved = known[x] > 0 && !misses.empty() && misses[x] > kStatic_px * kStatic_px;
     out.confidence[x] = known[x] > 0 ? std::max(kGuess, confidence[x]) : kGuess;
     if (always || moved || (unknown && known[x] <= 0)) put(place(static_cast<int>(x), y), x, out);
+  }
+  put_in_order(y, misses, out);
+}
+
+/// Depth counts as far as parallax does; else what the other frame shows too is in front and counts more, and so is
+/// what moves: before the background that it passes. squared_motion_px: of each pixel; empty when nothing moves.
+void PixelPlaces::put_in_order(int y, const std::vector<float>& squared_motion_px, PlacedRow& out) const {
+  const float depth_counts = static_cast<float>(depth_counts_), middle = static_cast<float>(options_.scene_distance);
+  const float* seen = seen_later_.empty() ? nullptr : seen_later_[y];
+  for (std::size_t x = 0; x < out.z.size(); ++x) {
+    out.order[x] = out.z[x];
+    if (!seen || out.z[x] <= 0) continue;
+    const float moves =
+        squared_motion_px.empty() ? 0 : std::min(1.0F, squared_motion_px[x] / (kSurely_px * kSurely_px));
+    const float farther = kHidden * (1 - seen[x]) - kPassing * moves;
+    out.order[x] = (middle + depth_counts * (out.z[x] - middle)) * (1 + (1 - depth_counts) * farther);
+    out.confidence[x] = depth_counts * out.confidence[x] + (1 - depth_counts) * std::max(kCarried, seen[x]);
   }
 }
 
@@ -179,7 +218,7 @@ int PixelPlaces::frame_across() const {
 /// How far a surface that moves gets until the view's time.
 Vector3d PixelPlaces::motion(int x, int y, const Vector3d& here) const {
   const FlowMap* flow = later_ < 0 ? nullptr : &image_.flows.at(later_);
-  if (!flow || flow->confidence(y, x) < kMinFlowConfidence) return Vector3d::Zero();
+  if (!flow) return Vector3d::Zero();
   const SourceImage& other = images_[static_cast<std::size_t>(later_)];
   const Vector3d still = other.cam_from_world * here;
   if (still.z() <= 0) return Vector3d::Zero();
@@ -188,7 +227,8 @@ Vector3d PixelPlaces::motion(int x, int y, const Vector3d& here) const {
   const double moved_px = (other.pinhole.project(still) - there_px).norm();
   const double sampled = sample_depth(other.depth.z, there_px);
   const bool plausible = sampled > 0 && std::abs(sampled / still.z() - 1) < 0.1;
-  const Vector3d there = world_of(other, there_px, plausible ? sampled : still.z());
+  const Vector3d there =
+      world_of(other, there_px, plausible ? still.z() + depth_counts_ * (sampled - still.z()) : still.z());
   const double share = (options_.time_s - image_.time_s) / (other.time_s - image_.time_s);
   const double fade = std::clamp((moved_px - kStatic_px) / (kMoving_px - kStatic_px), 0.0, 1.0);
   return std::clamp(share, -2.0, 3.0) * fade * (there - here);
@@ -225,7 +265,7 @@ void PixelPlaces::plain_row(int y, PlacedRow& out) const {
     const Vector2d px = seen > 0 ? Vector2d(sum + (1 - seen) * here) : here;
     out.x[x] = static_cast<float>(px.x());
     out.y[x] = static_cast<float>(px.y());
-    out.z[x] = static_cast<float>(1 / (1 + (px - here).norm() / view_.pinhole.width));
+    out.z[x] = out.order[x] = static_cast<float>(1 / (1 + (px - here).norm() / view_.pinhole.width));
     out.confidence[x] = std::max(kGuess, static_cast<float>(seen));
   }
 }

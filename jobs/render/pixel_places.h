@@ -30,6 +30,8 @@ constexpr float kGuess = 0.02F;
 /// Where the surfaces that one image's pixels show lie in a view at the view's time.
 /// By depth: the pixel's world point, moved to the view's time along the motion that the nearest other frame of the
 /// same camera shows (linear motion); a motion that a static point explains within the maps' error counts as none.
+/// Where view and image have nearly one centre, parallax tells nothing and depth, which is least certain where things
+/// move, decides nothing: what the other frame shows too is in front of what it hides, and counts more.
 /// By correspondences, Eq. 5–6 of Klose et al. 2011 in the depth-weighted form: X = Σ mu_k X_k with X_k the point on
 /// the ray of pixel W_ik(x) of image k. Projected into a view with centre Σ mu_k C_k this is
 /// x~ = Σ mu_k z_k Π_k(W_ik(x)) / Σ mu_k z_k, which is the printed formula where all z_k are equal, and right for any
@@ -64,6 +66,8 @@ class PixelPlaces {
   Placed by_correspondence(int x, int y, const Eigen::Vector3d& here, float trust) const;
   std::optional<Eigen::Vector3d> matched(int k, int x, int y, const Eigen::Vector3d& here) const;
   Eigen::Vector3d motion(int x, int y, const Eigen::Vector3d& here) const;
+  double worth_of_depth() const;
+  void put_in_order(int y, const std::vector<float>& squared_motion_px, PlacedRow& out) const;
   void plain_row(int y, PlacedRow& out) const;
   void put(const Placed& placed, std::size_t x, PlacedRow& out) const;
 
@@ -76,6 +80,8 @@ class PixelPlaces {
   cv::Mat1f z_;  ///< known everywhere: where depth_ is not, from the surroundings, the far ones first
   int later_;    ///< the frame that tells motion; -1: none
   Projection into_view_, into_later_;
+  double depth_counts_ = 1;  ///< 0–1: how far depth decides, worth_of_depth()
+  cv::Mat1f seen_later_;     ///< 0–1: shown by that frame too, and no mixed colour; empty where depth alone decides
 };
 
 /// Depth of images[i] from its maps to other cameras' images: each pixel the confidence-weighted mean of 1/z over the

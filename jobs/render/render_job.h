@@ -11,7 +11,7 @@ struct RenderJob {
   };
   static KindSpec spec() {
     return {.name = "render",
-            .version = 7,
+            .version = 8,
             .reads = "images around the view, their correspondences and depth",
             .publishes = "view, or left and right eye"};
   }

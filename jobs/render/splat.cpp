@@ -56,7 +56,7 @@ void judge_cells(const float* ax, const float* ay, const float* az, const float*
 }
 
 struct Corner {
-  float x, y, z;
+  float x, y, z, order;
   float u, v;  ///< pixel of the image
 };
 
@@ -93,10 +93,11 @@ class Rasteriser {
         const float wb = ((c.x - px) * (a.y - py) - (c.y - py) * (a.x - px)) * inverse;
         const float wc = 1 - wa - wb;
         if (wa < -kOnEdge || wb < -kOnEdge || wc < -kOnEdge) continue;
-        const float z = wa * a.z + wb * b.z + wc * c.z;
-        float& nearest = layer_.z(y, x);
-        if (nearest > 0 && z >= nearest) continue;
-        nearest = z;
+        const float order = wa * a.order + wb * b.order + wc * c.order;
+        float& nearest = layer_.order(y, x);
+        if (nearest > 0 && order >= nearest) continue;
+        nearest = order;
+        layer_.z(y, x) = wa * a.z + wb * b.z + wc * c.z;
         layer_.source_px(y, x) = {wa * a.u + wb * b.u + wc * c.u, wa * a.v + wb * b.v + wc * c.v};
         layer_.confidence(y, x) = confidence;
       }
@@ -107,7 +108,12 @@ class Rasteriser {
 };
 
 inline Corner corner(const PlacedRow& row, std::size_t x, int y) {
-  return {row.x[x], row.y[x], row.z[x], static_cast<float>(static_cast<int>(x)) + 0.5F, static_cast<float>(y) + 0.5F};
+  return {row.x[x],
+          row.y[x],
+          row.z[x],
+          row.order[x],
+          static_cast<float>(static_cast<int>(x)) + 0.5F,
+          static_cast<float>(y) + 0.5F};
 }
 
 void draw_cells(Rasteriser& rasteriser, const PlacedRow& above, const PlacedRow& row, int y, const CellRow& cells) {
@@ -123,7 +129,8 @@ void draw_cells(Rasteriser& rasteriser, const PlacedRow& above, const PlacedRow&
 }  // namespace
 
 Layer splat(const PixelPlaces& places, cv::Size view_size, double expected_scale) {
-  Layer layer{cv::Mat2f(view_size, cv::Vec2f(0, 0)), cv::Mat1f(view_size, 0.0F), cv::Mat1f(view_size, 0.0F)};
+  Layer layer{cv::Mat2f(view_size, cv::Vec2f(0, 0)), cv::Mat1f(view_size, 0.0F), cv::Mat1f(view_size, 0.0F),
+              cv::Mat1f(view_size, 0.0F)};
   const cv::Size size = places.size();
   if (size.width < 2) return layer;
   Rasteriser rasteriser(layer);

@@ -10,6 +10,7 @@ struct Layer {
   cv::Mat2f source_px;  ///< the image's pixel (centres at +0.5) that each pixel of the view shows
   cv::Mat1f z;          ///< depth in the view; 0: the image does not cover this pixel
   cv::Mat1f confidence;
+  cv::Mat1f order;  ///< what is in front: less is nearer, by the ratio; depth as far as it counts
 };
 
 /// Forward warp without holes (Mark et al. 1997): every 2 × 2 pixels of the image are two triangles, drawn into the
